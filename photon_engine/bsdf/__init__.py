@@ -1,0 +1,1 @@
+"""How surfaces scatter light: one law a file, and Principled as a recipe of lobes."""

@@ -1,0 +1,83 @@
+"""How scattering is handed to the kernels: rows of lobes.
+
+Every hit names a *row*; a row holds up to K lobes. A material without textures has one row for all its hits; a
+textured one gets a fresh row per hit. A lobe is a kind and N_FIELDS numbers.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+# kinds
+NONE = 0
+DIFFUSE = 1  # Lambert, or Oren-Nayar when roughness > 0
+TRANSLUCENT = 2  # Lambert through the surface
+REFLECT = 3  # GGX reflection (glossy, metal, coat, dielectric specular), see the Fresnel modes
+GLASS = 4  # GGX dielectric: reflects and refracts
+REFRACT = 5  # GGX refraction only
+TRANSPARENT = 6  # straight through: no vertex of the path ("null")
+EMISSION = 7  # radiates `weight`, both sides
+HOLDOUT = 8
+
+# Fresnel modes of REFLECT and GLASS
+FRESNEL_NONE = 0  # 1 (Glossy BSDF: weight is the colour)
+FRESNEL_DIELECTRIC = 1  # unpolarised Fresnel of IOR
+FRESNEL_F82 = 2  # metal: COLOR_A = F0, COLOR_B = tint at 82 degrees
+FRESNEL_GENERALIZED = 3  # dielectric shape between COLOR_A = F0 and COLOR_B = F90, normalised by IOR
+
+# fields
+WEIGHT = 0  # 3: colour times mixing weight
+ROUGHNESS = 3  # Blender's, unsquared
+ANISOTROPY = 4  # reserved
+IOR = 5  # of the inside over the outside (a back face inverts it)
+FRESNEL = 6  # a mode
+COLOR_A = 7  # 3
+COLOR_B = 10  # 3: GLASS: transmission tint, with COLOR_A the reflection tint
+HAS_NORMAL = 13  # 1: NORMAL replaces the surface's shading normal
+NORMAL = 14  # 3: unit, world, on the side of the geometric normal
+GROUP = 17  # lobes of the same group > 0 are layered: see LAYER
+LAYER = 18  # > 0: later lobes of the group get what this lobe's albedo leaves (coat, specular, sheen)
+MULTISCATTER = 19  # 1: energy lost between microfacets is given back (Multiscatter GGX)
+TINT = 20  # 3: coat tint: what passes under this layer is multiplied by TINT^(1/cos in the coat)
+N_FIELDS = 24
+
+# classes of a lobe, deciding the pass a path belongs to
+CLASS_NULL = 0  # goes straight through
+CLASS_SHARP = 1  # S: delta or near-delta
+CLASS_ROUGH = 2  # D
+
+
+class LobeRows(NamedTuple):
+    """Rows of lobes, as the kernels read them."""
+
+    kind: np.ndarray  # (R, K) i32
+    params: np.ndarray  # (R, K, N_FIELDS) f32
+
+
+class Lobe(NamedTuple):
+    """One lobe of a batch of hits before packing: field offset -> array broadcastable to (n,) or (n, 3)."""
+
+    kind: int
+    weight: np.ndarray  # (n | 1, 3)
+    fields: dict[int, np.ndarray]  # (n | 1,) or (n | 1, 3)
+
+
+def pack(lobes: list[Lobe], n: int, slots: int) -> LobeRows:
+    """Rows for n hits from a material's lobes; lobes beyond the list are NONE.
+
+    lobes : at most `slots` of them;  out : LobeRows with R = n, K = slots.
+    """
+    kind = np.zeros((n, slots), np.int32)
+    params = np.zeros((n, slots, N_FIELDS), np.float32)
+    for k, lobe in enumerate(lobes):
+        kind[:, k] = lobe.kind
+        params[:, k, WEIGHT : WEIGHT + 3] = lobe.weight
+        for offset, value in lobe.fields.items():
+            value = np.asarray(value)
+            if value.ndim == 2:
+                params[:, k, offset : offset + value.shape[1]] = value
+            else:
+                params[:, k, offset] = value
+    return LobeRows(kind, params)

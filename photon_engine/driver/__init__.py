@@ -1,0 +1,1 @@
+"""The progressive loop: what next, when to stop, what to say."""

@@ -1,0 +1,1 @@
+"""Pass registry, accumulation over passes, merging, and pictures on disk."""

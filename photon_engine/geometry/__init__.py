@@ -1,0 +1,1 @@
+"""Triangles flattened for Embree, ray queries, surface points and safe ray offsets."""

@@ -1,0 +1,73 @@
+"""The one kernel decorator, and where compiled kernels are kept.
+
+Numba's cache misses a change in a callee that lives in another file, so the folder of each module's kernels is
+named after a hash of that module's source and of every module of this package that it imports.
+"""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import os
+import sys
+from functools import cache
+from pathlib import Path
+
+import numba
+
+# fastmath=True would let the compiler assume that no NaN exists, and bugs would go unseen
+FASTMATH = {"nsz", "arcp", "contract", "afn", "reassoc"}
+PACKAGE = Path(__file__).resolve().parent
+
+
+def cache_root() -> Path:
+    """Folder of compiled kernels: PHOTON_MAP_CACHE, or the user's cache folder."""
+    if configured := os.environ.get("PHOTON_MAP_CACHE"):
+        return Path(configured)
+    base = os.environ.get("LOCALAPPDATA") or os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(base) / "photon_map"
+
+
+@cache
+def _imports(path: Path) -> tuple[Path, ...]:
+    """Modules of this package that the file imports at its top, by relative import."""
+    found = []
+    for node in ast.parse(path.read_bytes()).body:
+        if not isinstance(node, ast.ImportFrom) or node.level == 0:
+            continue
+        folder = path.parents[node.level - 1]
+        stem = folder.joinpath(*(node.module or "").split(".")) if node.module else folder
+        for candidate in (stem.with_suffix(".py"), *(stem / f"{alias.name}.py" for alias in node.names)):
+            if candidate.is_file() and PACKAGE in candidate.parents:
+                found.append(candidate)
+    return tuple(found)
+
+
+@cache
+def source_hash(path: Path) -> str:
+    """Hash of a module's source and of all that it imports from this package."""
+    seen: set[Path] = set()
+    todo = [path]
+    while todo:
+        item = todo.pop()
+        if item not in seen:
+            seen.add(item)
+            todo.extend(_imports(item))
+    digest = hashlib.sha256(f"{numba.__version__} {sys.version_info}".encode())
+    for item in sorted(seen):
+        digest.update(item.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def kernel(function):
+    """Compile a scalar function or a loop over a batch: no GIL, cached, NaN kept.
+
+    Never with ``parallel=True``: its work queue aborts the process when two Python threads enter.
+    """
+    path = Path(function.__code__.co_filename)
+    before = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = str(cache_root() / f"{path.stem}_{source_hash(path)}")
+    try:
+        return numba.njit(nogil=True, cache=True, fastmath=FASTMATH, error_model="numpy")(function)
+    finally:
+        numba.config.CACHE_DIR = before

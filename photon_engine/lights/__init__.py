@@ -1,0 +1,1 @@
+"""How lamps, emissive meshes and the world emit, are sampled, and are hit."""

@@ -1,0 +1,1 @@
+"""Photon batches, the maps, the gather kernels and the radius schedule."""

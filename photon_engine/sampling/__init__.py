@@ -1,0 +1,1 @@
+"""Counter-based random numbers, warps with their densities, tables and MIS weights."""

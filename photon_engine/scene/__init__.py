@@ -1,0 +1,1 @@
+"""SceneData: plain arrays and records, the seam between Blender and everything else."""

@@ -1,0 +1,1 @@
+"""Node graphs to programs, one pure function a node, evaluated on batches of hits."""

@@ -1,0 +1,1 @@
+"""The story of one pass: photons out, eye paths in, direct light, gather."""
