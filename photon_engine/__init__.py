@@ -1,0 +1,20 @@
+"""Photon Map: a progressive photon mapping renderer for Blender scenes. Importing it loads no dependency."""
+
+from importlib import import_module
+
+__version__ = "0.1.0"
+
+
+def register() -> None:
+    """Make the engine known to Blender."""
+    _blender().register()
+
+
+def unregister() -> None:
+    """Take the engine out of Blender."""
+    _blender().unregister()
+
+
+def _blender():
+    # by name, so that importing the package needs neither bpy nor the compiler, and no layer reaches Blender through its root
+    return import_module(".blender", __package__)
