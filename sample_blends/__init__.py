@@ -1,0 +1,1 @@
+"""The sample scenes, the scripts that build them, and their reference pictures."""

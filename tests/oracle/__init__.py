@@ -1,0 +1,1 @@
+"""The oracle: converged Cycles with every shortcut switched off, and the comparison with it."""
