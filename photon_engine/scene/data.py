@@ -36,7 +36,8 @@ class Instance:
 
     mesh: int  # index into SceneData.meshes
     matrix: np.ndarray  # (4, 4) f64, local to world; a negative determinant mirrors
-    materials: list[int]  # slot -> index into SceneData.materials; -1: no material (default grey diffuse 0.8)
+    materials: list[int]  # slot -> index into SceneData.materials; -1: no material (default grey diffuse 0.8);
+    # never empty, and every slot that a triangle names is there
     name: str = ""  # the object, for messages
     object_matrix: np.ndarray | None = None  # (4, 4) f64 for Texture Coordinate > Object; None: same as matrix
     color: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
@@ -102,7 +103,7 @@ class Light:
 
     name: str
     kind: str  # POINT, SPOT, SUN, AREA
-    matrix: np.ndarray  # (4, 4) f64, shines along local -Z
+    matrix: np.ndarray  # (4, 4) f64, shines along local -Z; columns include the object's scale
     strength: tuple[float, float, float]  # S = energy 2^exposure color temperature_color, linear RGB [W, sun: W/m^2]
     radius: float = 0.0  # POINT, SPOT [m]
     soft_falloff: bool = True  # POINT, SPOT: a disk that faces the shading point instead of a sphere

@@ -1,0 +1,122 @@
+"""From an evaluated Blender scene to ``SceneData``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..issues import IssueLog
+from ..scene.data import Graph, Instance, Material, Mesh, SceneData
+from .cameras import extract_camera, extract_frame
+from .compat import node_tree_of
+from .images import ImageTable
+from .instances import Occurrence, make_instance, slot_materials, visible_occurrences
+from .lights import extract_light
+from .meshes import MeshNeeds, extract_mesh
+from .needs import merge_needs, needs_of
+from .node_trees import light_graph, material_graph, world_graph
+from .world import extract_world
+
+
+def extract_scene(depsgraph: Any, issues: IssueLog, *, view_layer: Any = None, camera: Any = None) -> SceneData:
+    """All that a render needs of the evaluated scene, as plain records.
+
+    ``view_layer`` (evaluated) defaults to the depsgraph's; ``camera`` is an object used instead of the scene's. What
+    cannot be rendered is reported in ``issues``; a RenderError is raised when nothing can be (no camera).
+    """
+    scene = depsgraph.scene_eval
+    layer = view_layer if view_layer is not None else depsgraph.view_layer_eval
+    data = SceneData(name=scene.name, frame_number=scene.frame_current)
+    data.camera = extract_camera(scene, depsgraph, issues, camera)
+    data.frame = extract_frame(scene)
+    extraction = _Extraction(data, layer, issues)
+    for item in visible_occurrences(depsgraph, issues):
+        extraction.add(item)
+    extraction.read_meshes()
+    world = layer.world_override or scene.world
+    graph = None
+    if world is not None and node_tree_of(world) is not None:
+        graph = world_graph(world, extraction.images, issues)
+    data.world = extract_world(world, graph, issues)
+    data.images = extraction.images.images
+    return data
+
+
+class _Extraction:
+    """Tables that grow while the occurrences are walked: each data-block is read once."""
+
+    def __init__(self, data: SceneData, layer: Any, issues: IssueLog) -> None:
+        self.data = data
+        self.layer = layer
+        self.issues = issues
+        self.images = ImageTable(issues)
+        self._materials: dict[int, int] = {}  # address of the material -> index
+        self._light_graphs: dict[int, Graph | None] = {}
+        self._meshes: dict[int, int] = {}  # address of the mesh -> index into sources
+        self._sources: list[tuple[Any, str, set[int]]] = []  # mesh, owner, materials on it
+
+    def add(self, item: Occurrence) -> None:
+        """Take in one lamp or mesh; other kinds of object hold no light or surface."""
+        block = item.object.data
+        if item.object.type == "LIGHT":
+            self._add_light(item)
+        elif block is not None and block.rna_type.identifier == "Mesh":
+            self._add_mesh(item)
+
+    def _add_light(self, item: Occurrence) -> None:
+        block = item.object.data
+        key = block.as_pointer()
+        if key not in self._light_graphs:
+            tree = node_tree_of(block)
+            self._light_graphs[key] = light_graph(block, self.images, self.issues) if tree is not None else None
+        light = extract_light(item.object, item.matrix, self._light_graphs[key], self.issues)
+        if light is not None:
+            self.data.lights.append(light)
+
+    def _add_mesh(self, item: Occurrence) -> None:
+        block = item.object.data
+        slots = slot_materials(item.object, self.layer.material_override)
+        materials = [self._material(material) for material in slots]
+        # instances of one mesh share it whatever their materials; the mesh must serve the needs of all of them
+        index = self._meshes.setdefault(block.as_pointer(), len(self._sources))
+        if index == len(self._sources):
+            self._sources.append((block, item.object.name, set()))
+        self._sources[index][2].update(m for m in materials if m >= 0)
+        instance = make_instance(item, index, materials, self.layer, self.issues)
+        if instance is not None:
+            self.data.instances.append(instance)
+
+    def _material(self, material: Any | None) -> int:
+        """Index of a material's graph; -1 for an empty slot."""
+        if material is None:
+            return -1
+        key = material.as_pointer()
+        if key not in self._materials:
+            graph = material_graph(material, self.images, self.issues)
+            self._materials[key] = len(self.data.materials)
+            self.data.materials.append(Material(material.name, graph))
+        return self._materials[key]
+
+    def read_meshes(self) -> None:
+        """Read every mesh that an instance shows, and drop those without faces together with their instances."""
+        used = {instance.mesh for instance in self.data.instances}
+        needs = [needs_of(material.graph) for material in self.data.materials]
+        new_index: dict[int, int] = {}
+        for i, (block, owner, materials) in enumerate(self._sources):
+            if i not in used:
+                continue
+            wanted = merge_needs([MeshNeeds(), *(needs[m] for m in materials)])
+            mesh = extract_mesh(block, owner, wanted, self.issues)
+            if mesh is not None:
+                new_index[i] = len(self.data.meshes)
+                self.data.meshes.append(mesh)
+        self.data.instances = [instance for instance in self.data.instances if instance.mesh in new_index]
+        for instance in self.data.instances:
+            instance.mesh = new_index[instance.mesh]
+            _pad_slots(instance, self.data.meshes[instance.mesh])
+
+
+def _pad_slots(instance: Instance, mesh: Mesh) -> None:
+    """Give every slot that a triangle names an entry: beyond the last slot the last one counts, as in Cycles."""
+    slots = 1 if mesh.material_index is None else int(mesh.material_index.max()) + 1
+    last = instance.materials[-1] if instance.materials else -1
+    instance.materials = instance.materials + [last] * (slots - len(instance.materials))

@@ -1,0 +1,128 @@
+"""Lamps of the evaluated scene in Cycles' units."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ..issues import IssueLog
+from ..scene.data import Graph, Light
+
+WHITE = (1.0, 1.0, 1.0)
+MOST_BOUNCES = 1024  # Cycles' default for a light's own limit, which means no limit
+
+
+def extract_light(ob: Any, matrix: np.ndarray, graph: Graph | None, issues: IssueLog) -> Light | None:
+    """A lamp object at ``matrix`` (local to world, scale included); None when it gives no light, with an issue.
+
+    ``graph`` is the lamp's node tree: a constant Emission multiplies the lamp's strength, as in Cycles.
+    """
+    data = ob.data
+    if _is_portal(data):
+        issues.warn(ob.name, "light portals are not supported yet: the portal is ignored")
+        return None
+    strength = lamp_strength(data) * np.array(_tree_factor(ob.name, graph, issues))
+    if (strength < 0.0).any() or not np.isfinite(strength).all():
+        issues.warn(ob.name, "its strength is negative or undefined: it is left out", "use a positive power")
+        return None
+    light = Light(
+        name=ob.name,
+        kind=data.type,
+        matrix=matrix,
+        strength=tuple(float(v) for v in strength),
+        normalize=data.normalize,
+        cast_shadow=data.use_shadow,
+        visible_camera=ob.visible_camera,
+    )
+    _SHAPES[data.type](light, data)
+    _report_unsupported(ob, issues)
+    return light
+
+
+def lamp_strength(data: Any) -> np.ndarray:
+    """S = energy 2^exposure colour (times the temperature's colour if on), (3,) linear RGB [W; sun W/m^2]."""
+    strength = data.energy * 2.0**data.exposure * np.array(data.color, np.float64)
+    if data.use_temperature:
+        strength *= np.array(data.temperature_color, np.float64)
+    return strength
+
+
+def _set_ball(light: Light, data: Any) -> None:
+    """POINT."""
+    light.radius = data.shadow_soft_size
+    light.soft_falloff = data.use_soft_falloff
+
+
+def _set_spot(light: Light, data: Any) -> None:
+    """SPOT."""
+    _set_ball(light, data)
+    light.spot_size = data.spot_size
+    light.spot_blend = data.spot_blend
+
+
+def _set_sun(light: Light, data: Any) -> None:
+    """SUN."""
+    light.angle = data.angle
+
+
+def _set_area(light: Light, data: Any) -> None:
+    """AREA: the second side counts only for rectangle and ellipse."""
+    light.shape = data.shape
+    light.size = (data.size, data.size_y if data.shape in ("RECTANGLE", "ELLIPSE") else data.size)
+    light.spread = min(data.spread, math.pi)
+
+
+_SHAPES = {"POINT": _set_ball, "SPOT": _set_spot, "SUN": _set_sun, "AREA": _set_area}
+
+
+def _is_portal(data: Any) -> bool:
+    """Whether Cycles would use this area light as a portal."""
+    cycles = getattr(data, "cycles", None)
+    return data.type == "AREA" and cycles is not None and getattr(cycles, "is_portal", False)
+
+
+def constant_emission(graph: Graph | None) -> tuple[float, float, float] | None:
+    """Colour times strength of a graph that is one Emission (or Background) node with constant inputs, else None."""
+    if graph is None or graph.surface is None or graph.surface.node < 0:
+        return None
+    node = graph.nodes[graph.surface.node]
+    if node.type not in ("ShaderNodeEmission", "ShaderNodeBackground"):
+        return None
+    color, strength = node.inputs["Color"], node.inputs["Strength"]
+    if color.node >= 0 or strength.node >= 0:
+        return None
+    return tuple(float(c) * float(strength.value) for c in color.value[:3])
+
+
+def _tree_factor(name: str, graph: Graph | None, issues: IssueLog) -> tuple[float, float, float]:
+    """What a lamp's nodes multiply its strength by."""
+    if graph is None:
+        return WHITE
+    if graph.surface is None:
+        issues.warn(name, "the light's nodes are not connected to an output: it is dark", "connect an Emission node")
+        return (0.0, 0.0, 0.0)
+    factor = constant_emission(graph)
+    if factor is None:
+        issues.warn(name, "light nodes other than a constant Emission are not supported yet: they are ignored")
+        return WHITE
+    return factor
+
+
+def _report_unsupported(ob: Any, issues: IssueLog) -> None:
+    """Settings of a lamp that have no effect."""
+    hidden = [ray for ray in ("diffuse", "glossy", "transmission") if not getattr(ob, f"visible_{ray}")]
+    if hidden:
+        issues.warn(ob.name, f"Ray Visibility > {', '.join(hidden)} is not supported: the light shines on all surfaces")
+    report_light_linking(ob, issues)
+    cycles = getattr(ob.data, "cycles", None)
+    if cycles is not None and getattr(cycles, "max_bounces", MOST_BOUNCES) < MOST_BOUNCES:
+        issues.warn(ob.name, "a light's own Max Bounces is not supported: Light Paths > Bounces applies")
+
+
+def report_light_linking(ob: Any, issues: IssueLog) -> None:
+    """Say so when an object takes part in light or shadow linking."""
+    linking = getattr(ob, "light_linking", None)
+    if linking is not None and (linking.receiver_collection or linking.blocker_collection):
+        issues.warn(ob.name, "light and shadow linking are not supported yet: the light reaches everything")
