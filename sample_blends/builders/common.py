@@ -168,7 +168,7 @@ def add_light(scene, kind: str, name: str, eye: Sequence[float], target: Sequenc
 def save(path: str) -> None:
     """Write the current file, compressed, with Photon Map as its engine when that is registered."""
     scene = bpy.context.scene
-    engines = {cls.bl_idname for cls in bpy.types.RenderEngine.__subclasses__()}
+    engines = {getattr(cls, "bl_idname", "") for cls in bpy.types.RenderEngine.__subclasses__()}
     if "PHOTON_MAP" in engines:
         scene.render.engine = "PHOTON_MAP"
     bpy.data.orphans_purge(do_recursive=True)

@@ -69,10 +69,10 @@ def add_furniture(scene) -> None:
 def build():
     """The room, the sun in the window, a sky of one colour, the camera inside."""
     scene = common.new_scene("diffuse_room")
-    common.set_world(scene, (0.55, 0.75, 1.0), 2.2)
+    common.set_world(scene, (0.55, 0.75, 1.0), 2.0)
     add_shell(scene)
     add_window_frame(scene)
     add_furniture(scene)
-    common.add_light(scene, "SUN", "Sun", (3.6, -0.9, 2.7), (0, 0, 0), 11.0, angle=0.02, color=(1.0, 0.92, 0.80))
+    common.add_light(scene, "SUN", "Sun", (3.6, -1.1, 1.9), (0, 0, 0), 24.0, angle=0.02, color=(1.0, 0.92, 0.80))
     common.add_camera(scene, (0.75, -2.1, 1.45), (-0.28, 0.9, 0.92), 62.0)
     return scene

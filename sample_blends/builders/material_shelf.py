@@ -1,4 +1,4 @@
-"""Three boards of balls, one material each, under a big soft lamp."""
+"""Four boards of balls, one material each, under a big soft lamp."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from .materials import maker, mix
 
 RADIUS = 0.21
 SPACING = 0.52
-COLUMNS = 5
+COLUMNS = 4
 
 
 def checks(n: int = 64, squares: int = 8) -> np.ndarray:
@@ -55,7 +55,7 @@ def textured():
 
 
 def list_materials() -> list:
-    """Fifteen materials, from the top left, row by row."""
+    """Sixteen materials, from the top left, row by row."""
     p = materials.principled
     diffuse, glossy = "ShaderNodeBsdfDiffuse", "ShaderNodeBsdfGlossy"
     return [
@@ -65,7 +65,7 @@ def list_materials() -> list:
         p("Rough Gold", Base_Color=(1.0, 0.72, 0.28), Metallic=1.0, Roughness=0.3),
         p("Steel", Base_Color=(0.62, 0.62, 0.64), Metallic=1.0, Roughness=0.12),
         materials.diffuse("Diffuse", (0.22, 0.50, 0.22)),
-        glossy_ball(),
+        materials.glossy("Satin", (0.85, 0.62, 0.50), 0.4),
         materials.glass("Glass"),
         p("Clear Principled", Base_Color=(0.75, 0.92, 0.86), Transmission_Weight=1.0, Roughness=0.0),
         p("Frosted", Base_Color=(0.95, 0.93, 0.98), Transmission_Weight=1.0, Roughness=0.3),
@@ -76,27 +76,21 @@ def list_materials() -> list:
         mix("Pearl", maker("ShaderNodeLayerWeight", "Facing", Blend=0.35), maker(diffuse, Color=(0.75, 0.70, 0.72)),
             maker(glossy, Color=(0.55, 0.45, 0.85), Roughness=0.3)),
         textured(),
+        materials.shader("Glow", "ShaderNodeEmission", Color=(1.0, 0.50, 0.16), Strength=2.5),
     ]
 
 
-def glossy_ball():
-    """Glossy BSDF, rough."""
-    return materials.glossy("Satin", (0.85, 0.62, 0.50), 0.4)
-
-
-def add_shelf(scene, rows: int) -> float:
-    """Boards, sides and back; returns the height of the lowest board's top."""
+def add_shelf(scene, rows: int) -> None:
+    """Boards and back; the lowest board's top is at height 0."""
     board = materials.diffuse("Board", (0.58, 0.55, 0.50))
     width, depth, thick = COLUMNS * SPACING + 0.12, 0.56, 0.04
-    for row in range(rows + 1):
-        if row < rows:
-            common.box(scene, f"Board {row}", (width, depth, thick), (0, 0, row * SPACING - thick), board)
-    common.box(scene, "Back", (width + 2.0, 0.04, rows * SPACING + 2.0), (0, depth / 2 + 0.02, -0.6), board)
-    return 0.0
+    for row in range(rows):
+        common.box(scene, f"Board {row}", (width, depth, thick), (0, 0, row * SPACING - thick), board)
+    common.box(scene, "Back", (width + 2.0, 0.04, rows * SPACING + 3.0), (0, depth / 2 + 0.02, -1.0), board)
 
 
 def build():
-    """The shelf with its lamp; a small glowing ball among the others would hide in the noise, so it is a bar below."""
+    """The shelf under a big soft lamp, the last ball glowing."""
     scene = common.new_scene("material_shelf")
     common.set_world(scene, (0.75, 0.85, 1.0), 0.25)
     surfaces = list_materials()
@@ -112,10 +106,8 @@ def build():
         item.rotation_euler = (0.35, 0.0, 0.5)
         item.material_slots[0].link = "OBJECT"
         item.material_slots[0].material = material
-    bar = materials.shader("Glow", "ShaderNodeEmission", Color=(1.0, 0.55, 0.20), Strength=4.0)
-    common.box(scene, "Glow", (COLUMNS * SPACING, 0.03, 0.03), (0, -0.24, -0.10), bar)
     common.add_light(
-        scene, "AREA", "Softbox", (-1.6, -2.6, 2.6), (0, 0, 0.6), 130.0, shape="RECTANGLE", size=1.8, size_y=1.2,
+        scene, "AREA", "Softbox", (-1.6, -2.8, 3.0), (0, 0, 0.9), 170.0, shape="RECTANGLE", size=1.8, size_y=1.2,
     )
-    common.add_camera(scene, (0.0, -4.6, 0.95), (0.0, 0.0, 0.70), 33.0)
+    common.add_camera(scene, (0.0, -4.6, 1.25), (0.0, 0.0, 0.96), 29.0)
     return scene

@@ -11,12 +11,12 @@ from . import common, materials
 HALF = 2.0  # of the pool's side [m]
 DEPTH = 1.3  # of the floor under the calm water [m]
 RIM = 0.12  # of the deck above the water [m]
-GRID = 192  # cells of the water along a side
+GRID = 150  # cells of the water along a side
 TILES = 10  # along a wall
 # amplitude [m], wave length [m], direction [degrees], phase [rad]
 WAVES = (
-    (0.0150, 1.50, 20.0, 0.3), (0.0110, 1.05, 75.0, 1.9), (0.0080, 0.74, -35.0, 4.1),
-    (0.0050, 0.55, 130.0, 2.2), (0.0030, 0.41, 50.0, 5.2), (0.0018, 0.33, 165.0, 0.9),
+    (0.0200, 1.50, 14.0, 0.3), (0.0150, 1.08, 83.0, 1.9), (0.0110, 0.77, -38.0, 4.1),
+    (0.0070, 0.57, 139.0, 2.2), (0.0042, 0.43, 47.0, 5.2), (0.0026, 0.35, 175.0, 0.9),
 )
 
 
