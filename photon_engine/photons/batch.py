@@ -1,0 +1,60 @@
+"""Photons in flight, and where they were deposited."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+
+class Photons(NamedTuple):
+    """Photons in flight; kernels compact them in place."""
+
+    o: np.ndarray  # (n, 3) f32, origin of the next ray [m]
+    d: np.ndarray  # (n, 3) f32, unit direction of flight
+    phi: np.ndarray  # (n, 3) f32, flux [W]
+    key: np.ndarray  # (n,) u64, random numbers of this path
+    seen: np.ndarray  # (n,) u8, history: SEEN_SHARP, and the number of vertices D times ONE_ROUGH
+
+
+class Deposits(NamedTuple):
+    """Photons where they fell on a rough surface."""
+
+    position: np.ndarray  # (n, 3) f32 [m]
+    flux: np.ndarray  # (n, 3) f32 [W]
+    wi: np.ndarray  # (n,) u32, packed unit vector back along the flight
+    normal: np.ndarray  # (n,) u32, packed geometric normal on the side of arrival
+    seen: np.ndarray  # (n,) u8, history before this hit, as in Photons
+
+
+SEEN_SHARP = 1  # the path has a vertex S
+ONE_ROUGH = 2  # added for each vertex D
+MAX_ROUGH = 126  # more than that are not told apart
+
+
+def empty_photons(n: int) -> Photons:
+    """Room for n photons in flight."""
+    return Photons(
+        np.empty((n, 3), np.float32), np.empty((n, 3), np.float32), np.empty((n, 3), np.float32),
+        np.empty(n, np.uint64), np.zeros(n, np.uint8),
+    )
+
+
+def empty_deposits(n: int) -> Deposits:
+    """Room for n deposits."""
+    return Deposits(
+        np.empty((n, 3), np.float32), np.empty((n, 3), np.float32), np.empty(n, np.uint32), np.empty(n, np.uint32),
+        np.empty(n, np.uint8),
+    )
+
+
+def head(batch, n: int):
+    """The first n entries of a batch, as views."""
+    return type(batch)(*(field[:n] for field in batch))
+
+
+def join(parts: list[Deposits]) -> Deposits:
+    """Deposits of all chunks, in the chunks' order."""
+    if not parts:
+        return empty_deposits(0)
+    return Deposits(*(np.concatenate(fields) for fields in zip(*parts, strict=True)))

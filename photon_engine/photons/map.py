@@ -1,0 +1,83 @@
+"""The photon map: photons sorted into the cells of a hashed grid, 32 bytes each and at most 4 for the table.
+
+Cells of a row along x have consecutive hashes, so a query reads each row of cells as one run of memory. Two cells of
+one query can share a bucket; a photon counts only for the cell that it lies in.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..jit import kernel
+from .batch import Deposits
+
+_STRIDE_Y = 73856093
+_STRIDE_Z = 19349663
+
+
+class PhotonMap(NamedTuple):
+    """Photons in the order of their cells' hashes."""
+
+    position: np.ndarray  # (n, 3) f32 [m]
+    flux: np.ndarray  # (n, 3) f32 [W]
+    wi: np.ndarray  # (n,) u32, packed
+    normal: np.ndarray  # (n,) u32, packed
+    start: np.ndarray  # (B + 1,) i32, photons [start[b], start[b + 1]) are in bucket b; B a power of two
+    cell: float  # edge of a cell [m]
+
+    def nbytes(self) -> int:
+        """Memory held [bytes]."""
+        return sum(field.nbytes for field in self[:5])
+
+
+def build_map(deposits: Deposits, cell: float) -> PhotonMap:
+    """Sort deposits into cells of the given edge [m] (counting sort, stable: independent of threads)."""
+    n = len(deposits.position)
+    buckets = 1 << max(int(math.floor(math.log2(max(n, 1)))), 0)
+    start = np.zeros(buckets + 1, np.int32)
+    order = np.empty(n, np.int32)
+    _count_sort(deposits.position, cell, start, order)
+    return PhotonMap(
+        deposits.position[order], deposits.flux[order], deposits.wi[order], deposits.normal[order], start, cell
+    )
+
+
+def empty_map() -> PhotonMap:
+    """A map without photons."""
+    none = np.zeros(0, np.uint32)
+    return PhotonMap(np.zeros((0, 3), np.float32), np.zeros((0, 3), np.float32), none, none, np.zeros(2, np.int32), 1.0)
+
+
+@kernel
+def cell_index(x, cell):
+    """Index of the cell along one axis."""
+    return np.int64(math.floor(x / cell))
+
+
+@kernel
+def row_hash(iy, iz):
+    """Hash of a row of cells; the cell at ix adds ix."""
+    return iy * _STRIDE_Y + iz * _STRIDE_Z
+
+
+@kernel
+def _count_sort(position, cell, start, order):
+    """Write bucket starts and the stable order of photons by bucket."""
+    n = len(position)
+    mask = len(start) - 2
+    bucket = np.empty(n, np.int32)
+    for i in range(n):
+        row = row_hash(cell_index(float(position[i, 1]), cell), cell_index(float(position[i, 2]), cell))
+        b = (row + cell_index(float(position[i, 0]), cell)) & mask
+        bucket[i] = b
+        start[b + 1] += 1
+    for b in range(mask + 1):
+        start[b + 1] += start[b]
+    fill = start[:-1].copy()
+    for i in range(n):
+        b = bucket[i]
+        order[fill[b]] = i
+        fill[b] += 1

@@ -1,0 +1,198 @@
+"""Direct light at visible points: shadow rays, and rays sampled from the lobes, combined by MIS."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..bsdf.layout import CLASS_NULL, CLASS_ROUGH, CLASS_SHARP
+from ..bsdf.surface import emission, eval_rough, prepare, sample
+from ..geometry.surface import offset_origin, surface_point
+from ..jit import kernel
+from ..lights.sample import emitter_pdf_w, lamps_along_ray, sample_light, world_pdf_w, world_radiance
+from ..sampling.mis import power_heuristic
+from ..sampling.rng import uniform
+from ..vec import dot, load3, max3, scale, store3
+from .eye_kernels import add3
+from .lobes import keep_narrow
+from .photon_kernels import choose_class
+
+DIRECT_DIMENSION = 4096  # random numbers of direct light and gathering come after those of the eye path
+SECOND_DIMENSION = 8192
+SHORTEN = 1.0 - 2.0**-14  # a shadow ray ends before the emitter that it was aimed at
+
+
+class ShadowRays(NamedTuple):
+    """Light that arrives unless something is in the way."""
+
+    o: np.ndarray  # (n, 3) f32
+    d: np.ndarray  # (n, 3) f32
+    t_max: np.ndarray  # (n,) f32
+    light: np.ndarray  # (n, 3) f32, what it adds to the pixel
+    pixel: np.ndarray  # (n,) i32
+
+
+class SecondPaths(NamedTuple):
+    """Rays from visible points, sampled from their rough lobes; kernels compact them in place."""
+
+    o: np.ndarray  # (n, 3) f32
+    d: np.ndarray  # (n, 3) f32
+    beta: np.ndarray  # (n, 3) f32, throughput for direct light: all rough lobes
+    gather: np.ndarray  # (n, 3) f32, throughput for the final gather: the lobes that gather
+    pdf_w: np.ndarray  # (n,) f32, of the direction at the visible point
+    origin: np.ndarray  # (n, 3) f32, the visible point, for the densities of lights
+    key: np.ndarray  # (n,) u64
+    pixel: np.ndarray  # (n,) i32
+    bare: np.ndarray  # (n,) bool, only straight passes so far: what it meets is direct light
+
+
+def empty_shadow_rays(n: int) -> ShadowRays:
+    """Room for n shadow rays."""
+    return ShadowRays(
+        np.empty((n, 3), np.float32), np.empty((n, 3), np.float32), np.empty(n, np.float32),
+        np.empty((n, 3), np.float32), np.empty(n, np.int32),
+    )
+
+
+def empty_second_paths(n: int) -> SecondPaths:
+    """Room for n secondary paths."""
+    f3 = [np.empty((n, 3), np.float32) for _ in range(4)]
+    return SecondPaths(*f3, np.empty(n, np.float32), np.empty((n, 3), np.float32), np.empty(n, np.uint64),
+                       np.empty(n, np.int32), np.ones(n, bool))
+
+
+@kernel
+def sample_lights(laws, lights, surfaces, points, j, samples, mis, rays):
+    """Shadow rays of the j-th of `samples` light samples of every visible point; out: how many.
+
+    mis : whether rays from the lobes will meet the same lights.
+    """
+    rows = surfaces.rows
+    scratch = np.empty((rows.kind.shape[1], 8))
+    count = 0
+    for m in range(len(points.hit)):
+        i = points.hit[m]
+        p, ng, ns = surface_point(surfaces.geometry, surfaces.prim[i], float(surfaces.u[i]), float(surfaces.v[i]))
+        key = points.key[m]
+        dim = DIRECT_DIMENSION + 4 * j
+        # one random number, stratified over the samples
+        u_select = (j + uniform(key, DIRECT_DIMENSION - 1)) / samples
+        wi, distance, le, pdf_w, is_delta = sample_light(lights, p, u_select, uniform(key, dim), uniform(key, dim + 1))
+        if pdf_w <= 0.0 or max3(le) <= 0.0:
+            continue
+        wo = load3(points.wo, m)
+        row = surfaces.row[i]
+        prepare(rows, row, ns, ng, wo, laws.threshold, scratch)
+        f, lobe_pdf_w = eval_rough(rows, row, ns, ng, wo, wi, scratch)
+        s = abs(dot(ns, wi)) / (pdf_w * samples)
+        if mis == 1 and not is_delta:
+            s *= power_heuristic(pdf_w * samples, lobe_pdf_w)
+        beta = load3(points.beta, m)
+        value = (beta[0] * f[0] * le[0] * s, beta[1] * f[1] * le[1] * s, beta[2] * f[2] * le[2] * s)
+        if max3(value) <= 0.0:
+            continue
+        store3(rays.o, count, offset_origin(p, ng, wi, laws.reach))
+        store3(rays.d, count, wi)
+        rays.t_max[count] = min(distance * SHORTEN, 1e30)
+        store3(rays.light, count, value)
+        rays.pixel[count] = points.pixel[m]
+        count += 1
+    return count
+
+
+@kernel
+def add_unoccluded(rays, occluded, count, picture):
+    """Add the light of rays that nothing stopped; picture (n, 3)."""
+    for i in range(count):
+        if not occluded[i]:
+            add3(picture, rays.pixel[i], load3(rays.light, i))
+
+
+@kernel
+def attenuate_shadows(laws, surfaces, rays, casts):
+    """Carry shadow rays through see-through surfaces; blocked ones get no light. out: how many go on, compacted.
+
+    casts : (instances,) bool, whether an instance stops light at all. Rays that reached the end must have been
+    added already: those with prim < 0 here.
+    """
+    rows = surfaces.rows
+    scratch = np.empty((rows.kind.shape[1], 8))
+    alive = 0
+    for i in range(len(rays.pixel)):
+        prim = surfaces.prim[i]
+        if prim < 0:
+            continue
+        p, ng, ns = surface_point(surfaces.geometry, prim, float(surfaces.u[i]), float(surfaces.v[i]))
+        d = load3(rays.d, i)
+        light = load3(rays.light, i)
+        if casts[surfaces.geometry.instance[prim]]:
+            wo = scale(d, -1.0)
+            prepare(rows, surfaces.row[i], ns, ng, wo, laws.threshold, scratch)
+            through = straight_through(rows.kind[surfaces.row[i]], scratch)
+            light = (light[0] * through[0], light[1] * through[1], light[2] * through[2])
+        if max3(light) <= 0.0:
+            continue
+        store3(rays.o, alive, offset_origin(p, ng, d, laws.reach))
+        store3(rays.d, alive, d)
+        rays.t_max[alive] = rays.t_max[i] - surfaces.t[i]
+        store3(rays.light, alive, light)
+        rays.pixel[alive] = rays.pixel[i]
+        alive += 1
+    return alive
+
+
+@kernel
+def straight_through(kinds, scratch):
+    """Colour that passes straight through a prepared row."""
+    r, g, b = 0.0, 0.0, 0.0
+    for k in range(len(kinds)):
+        if scratch[k, 4] == CLASS_NULL:
+            r += scratch[k, 0]
+            g += scratch[k, 1]
+            b += scratch[k, 2]
+    return (r, g, b)
+
+
+@kernel
+def sample_lobes(laws, surfaces, points, gathers, paths):
+    """One ray from the rough lobes of every visible point; out: how many.
+
+    gathers : which rough lobes gather: 0 none, 1 the narrow ones, 2 all.
+    """
+    rows = surfaces.rows
+    scratch = np.empty((rows.kind.shape[1], 8))
+    count = 0
+    for m in range(len(points.hit)):
+        i = points.hit[m]
+        p, ng, ns = surface_point(surfaces.geometry, surfaces.prim[i], float(surfaces.u[i]), float(surfaces.v[i]))
+        key = points.key[m]
+        wo = load3(points.wo, m)
+        row = surfaces.row[i]
+        prepare(rows, row, ns, ng, wo, laws.threshold, scratch)
+        u = (uniform(key, SECOND_DIMENSION), uniform(key, SECOND_DIMENSION + 1), uniform(key, SECOND_DIMENSION + 2))
+        ok, wi, weight, pdf_w, eta = sample(rows, row, ns, ng, wo, CLASS_ROUGH, scratch, u, 0, laws.threshold)
+        if not ok or max3(weight) <= 0.0:
+            continue
+        s = 1.0 / (eta * eta)
+        beta = load3(points.beta, m)
+        out = (beta[0] * weight[0] * s, beta[1] * weight[1] * s, beta[2] * weight[2] * s)
+        gather = out
+        if gathers != 2:
+            gather = (0.0, 0.0, 0.0)
+            if gathers == 1 and keep_narrow(rows, row, scratch):
+                f, _ = eval_rough(rows, row, ns, ng, wo, wi, scratch)
+                s = abs(dot(ns, wi)) / pdf_w
+                gather = (beta[0] * f[0] * s, beta[1] * f[1] * s, beta[2] * f[2] * s)
+        store3(paths.o, count, offset_origin(p, ng, wi, laws.reach))
+        store3(paths.d, count, wi)
+        store3(paths.beta, count, out)
+        store3(paths.gather, count, gather)
+        paths.pdf_w[count] = pdf_w
+        store3(paths.origin, count, p)
+        paths.key[count] = key
+        paths.pixel[count] = points.pixel[m]
+        paths.bare[count] = True
+        count += 1
+    return count

@@ -1,0 +1,266 @@
+"""One step of a batch of eye paths: from hit to what is seen there, to a visible point or the next ray."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..bsdf.layout import CLASS_NULL, CLASS_ROUGH, CLASS_SHARP, HOLDOUT
+from ..bsdf.surface import emission, prepare, sample
+from ..camera.rays import generate_ray
+from ..geometry.surface import offset_origin, surface_point
+from ..jit import kernel
+from ..lights.sample import lamps_along_ray, world_radiance
+from ..sampling.rng import DIMENSIONS_PER_BOUNCE, path_key, uniform
+from ..vec import dot, load3, madd, max3, scale, store3
+from .photon_kernels import choose_class
+
+
+class EyePaths(NamedTuple):
+    """Eye paths in flight; kernels compact them in place."""
+
+    o: np.ndarray  # (n, 3) f32, origin of the next ray [m]
+    d: np.ndarray  # (n, 3) f32, unit
+    beta: np.ndarray  # (n, 3) f32, throughput
+    key: np.ndarray  # (n,) u64, random numbers
+    pixel: np.ndarray  # (n,) i32, index into the tile
+    width: np.ndarray  # (n,) f32, radius of half a pixel's footprint at o [m]
+    spread: np.ndarray  # (n,) f32, its growth per metre
+    t_max: np.ndarray  # (n,) f32, far clipping along the ray [m]
+    bare: np.ndarray  # (n,) bool, only straight passes so far
+
+
+class VisiblePoints(NamedTuple):
+    """Where eye paths end at a rough lobe."""
+
+    hit: np.ndarray  # (m,) i32, index of the hit in the batch of surfaces
+    wo: np.ndarray  # (m, 3) f32
+    beta: np.ndarray  # (m, 3) f32, throughput over the probability of ending here
+    key: np.ndarray  # (m,) u64
+    pixel: np.ndarray  # (m,) i32
+    footprint: np.ndarray  # (m,) f32, radius of a pixel on the surface [m]
+
+
+class Tile(NamedTuple):
+    """The picture of a run of pixels; float32 (n, channels)."""
+
+    direct: np.ndarray
+    caustic: np.ndarray
+    diffuse: np.ndarray
+    emission: np.ndarray
+    environment: np.ndarray
+    alpha: np.ndarray
+    depth: np.ndarray
+    normal: np.ndarray
+    albedo: np.ndarray
+
+
+class EyeRules(NamedTuple):
+    """What the camera sees of the world behind things."""
+
+    transparent: bool  # the world is not drawn where nothing else is
+    background_depth: float
+    visible: np.ndarray  # (instances,) bool, seen by camera rays
+    forward: np.ndarray  # (3,) f64, view axis
+
+
+def empty_paths(n: int) -> EyePaths:
+    """Room for n eye paths."""
+    f3 = [np.empty((n, 3), np.float32) for _ in range(3)]
+    f1 = [np.empty(n, np.float32) for _ in range(3)]
+    return EyePaths(*f3, np.empty(n, np.uint64), np.empty(n, np.int32), *f1, np.ones(n, bool))
+
+
+def empty_tile(n: int) -> Tile:
+    """A black tile of n pixels."""
+    rgb = [np.zeros((n, 3), np.float32) for _ in range(5)]
+    return Tile(*rgb, np.ones((n, 1), np.float32), np.zeros((n, 1), np.float32),
+                np.zeros((n, 3), np.float32), np.zeros((n, 3), np.float32))
+
+
+def empty_points(n: int) -> VisiblePoints:
+    """Room for n visible points."""
+    return VisiblePoints(
+        np.empty(n, np.int32), np.empty((n, 3), np.float32), np.empty((n, 3), np.float32), np.empty(n, np.uint64),
+        np.empty(n, np.int32), np.empty(n, np.float32),
+    )
+
+
+@kernel
+def camera_rays(camera, key, region, first, paths):
+    """Eye paths of pixels first, first + 1, ... of the region (x0, y0, width, full width of the frame), row by row."""
+    for i in range(len(paths.key)):
+        index = first + i
+        x = region[0] + index % region[2]
+        y = region[1] + index // region[2]
+        k = path_key(key, y * region[3] + x)
+        o, d, t_near, t_far, spread, width = generate_ray(
+            camera, x, y, uniform(k, 0), uniform(k, 1), uniform(k, 2), uniform(k, 3)
+        )
+        store3(paths.o, i, madd(o, t_near, d))
+        store3(paths.d, i, d)
+        store3(paths.beta, i, (1.0, 1.0, 1.0))
+        paths.key[i] = k
+        paths.pixel[i] = i
+        paths.width[i] = width + spread * t_near
+        paths.spread[i] = spread
+        paths.t_max[i] = t_far - t_near
+        paths.bare[i] = True
+
+
+@kernel
+def add3(a, i, v):
+    """Add a colour to row i."""
+    a[i, 0] += v[0]
+    a[i, 1] += v[1]
+    a[i, 2] += v[2]
+
+
+@kernel
+def _escape(lights, rules, beta, d, bare, pixel, tile):
+    """A path that left the scene: the world, unless the film is transparent there."""
+    if bare and rules.transparent:
+        tile.alpha[pixel, 0] -= (beta[0] + beta[1] + beta[2]) / 3.0
+        return
+    radiance = world_radiance(lights, d)
+    add3(tile.environment, pixel, (beta[0] * radiance[0], beta[1] * radiance[1], beta[2] * radiance[2]))
+
+
+@kernel
+def _first_hit(rules, paths, i, t, facing, scratch, kinds, tile):
+    """Depth along the view axis, normal toward the camera and colour of the first thing seen."""
+    pixel = paths.pixel[i]
+    depth = t * dot(load3(paths.d, i), (rules.forward[0], rules.forward[1], rules.forward[2]))
+    tile.depth[pixel, 0] = depth
+    store3(tile.normal, pixel, facing)
+    for k in range(len(kinds)):
+        if scratch[k, 4] != CLASS_NULL and scratch[k, 3] > 0.0:
+            add3(tile.albedo, pixel, (scratch[k, 0], scratch[k, 1], scratch[k, 2]))
+
+
+@kernel
+def normal_spread(geometry, prim):
+    """How fast the shading normal turns over a triangle [rad/m]: largest change along an edge over its length."""
+    row = geometry.normal_row[prim]
+    if row < 0:
+        return 0.0
+    worst = 0.0
+    for a in range(3):
+        b = (a + 1) % 3
+        p = load3(geometry.positions, geometry.triangles[prim, a])
+        q = load3(geometry.positions, geometry.triangles[prim, b])
+        m, n = load3(geometry.normals[row], a), load3(geometry.normals[row], b)
+        edge = math.sqrt((p[0] - q[0]) ** 2 + (p[1] - q[1]) ** 2 + (p[2] - q[2]) ** 2)
+        turn = math.sqrt((m[0] - n[0]) ** 2 + (m[1] - n[1]) ** 2 + (m[2] - n[2]) ** 2)
+        if edge > 0.0:
+            worst = max(worst, turn / edge)
+    return worst
+
+
+@kernel
+def eye_step(laws, rules, lights, surfaces, paths, bounce, points, tile):
+    """Carry eye paths through their hits.
+
+    Adds what is seen (world, lamps, emission) to the tile, writes visible points, compacts the paths that go on to the front;
+    out: how many go on, how many visible points there are.
+    """
+    geometry, rows = surfaces.geometry, surfaces.rows
+    scratch = np.empty((rows.kind.shape[1], 8))
+    alive = 0
+    ended = 0
+    for i in range(len(paths.key)):
+        pixel = paths.pixel[i]
+        beta = load3(paths.beta, i)
+        o, d = load3(paths.o, i), load3(paths.d, i)
+        prim = surfaces.prim[i]
+        bare = paths.bare[i]
+        t = float(surfaces.t[i]) if prim >= 0 else math.inf
+        lamp = lamps_along_ray(lights, o, d, t, 0.0, 0, 1 if bare else 0)
+        add3(tile.emission, pixel, (beta[0] * lamp[0], beta[1] * lamp[1], beta[2] * lamp[2]))
+        if prim < 0:
+            _escape(lights, rules, beta, d, bare, pixel, tile)
+            continue
+        p, ng, ns = surface_point(geometry, prim, float(surfaces.u[i]), float(surfaces.v[i]))
+        wo = scale(d, -1.0)
+        row = surfaces.row[i]
+        width = float(paths.width[i]) + float(paths.spread[i]) * t
+        hidden = bare and not rules.visible[geometry.instance[prim]]
+        if hidden:
+            weights = (1.0, 0.0, 0.0)
+            cls, p_class, u0 = CLASS_NULL, 1.0, 0.0
+        else:
+            if rows.kind[row, 0] == HOLDOUT:
+                tile.alpha[pixel, 0] -= (beta[0] + beta[1] + beta[2]) / 3.0
+                continue
+            weights = prepare(rows, row, ns, ng, wo, laws.threshold, scratch)
+            radiance = emission(rows, row, scratch)
+            add3(tile.emission, pixel, (beta[0] * radiance[0], beta[1] * radiance[1], beta[2] * radiance[2]))
+            total = weights[0] + weights[1] + weights[2]
+            dim = (bounce + 1) * DIMENSIONS_PER_BOUNCE
+            key = paths.key[i]
+            if total > 0.0:
+                cls, p_class, u0 = choose_class(weights[0], weights[1], weights[2], uniform(key, dim))
+            else:
+                cls, p_class, u0 = CLASS_ROUGH, 0.0, 0.0
+        if bare and cls != CLASS_NULL:
+            facing = ns if dot(wo, ng) >= 0.0 else scale(ns, -1.0)
+            _first_hit(rules, paths, i, t, facing, scratch, rows.kind[row], tile)
+        if p_class == 0.0:
+            continue
+        if cls == CLASS_ROUGH:
+            cosine = max(abs(dot(wo, ng)), 0.1)
+            points.hit[ended] = i
+            store3(points.wo, ended, wo)
+            store3(points.beta, ended, scale(beta, 1.0 / p_class))
+            points.key[ended] = paths.key[i]
+            points.pixel[ended] = pixel
+            points.footprint[ended] = 2.0 * width / math.sqrt(cosine)
+            ended += 1
+            continue
+        if hidden:
+            go_on, wi, eta = True, d, 1.0
+        else:
+            go_on, wi, beta, eta = _continue(rows, row, (ns, ng, wo), cls, (p_class, u0), laws.threshold, scratch,
+                                             beta, paths.key[i], bounce)
+        if not go_on:
+            continue
+        if cls == CLASS_SHARP:
+            bend = 2.0 if eta == 1.0 else abs(1.0 - 1.0 / eta)
+            paths.spread[alive] = paths.spread[i] + bend * width * normal_spread(geometry, prim)
+            paths.bare[alive] = False
+        else:
+            paths.spread[alive] = paths.spread[i]
+            paths.bare[alive] = bare
+        paths.width[alive] = width
+        paths.t_max[alive] = paths.t_max[i] - t
+        store3(paths.o, alive, offset_origin(p, ng, wi, laws.reach))
+        store3(paths.d, alive, wi)
+        store3(paths.beta, alive, beta)
+        paths.key[alive] = paths.key[i]
+        paths.pixel[alive] = pixel
+        alive += 1
+    return alive, ended
+
+
+@kernel
+def _continue(rows, row, frame, cls, choice, threshold, scratch, beta, key, bounce):
+    """Next direction and throughput of an eye path; refraction scales radiance by 1 / eta^2 [Veach 1997, 5.2]."""
+    nothing = (False, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 1.0)
+    ns, ng, wo = frame
+    dim = (bounce + 1) * DIMENSIONS_PER_BOUNCE
+    u = (choice[1], uniform(key, dim + 1), uniform(key, dim + 2))
+    ok, wi, weight, _, eta = sample(rows, row, ns, ng, wo, cls, scratch, u, 0, threshold)
+    if not ok:
+        return nothing
+    s = 1.0 / choice[0]
+    out = (beta[0] * weight[0] * s, beta[1] * weight[1] * s, beta[2] * weight[2] * s)
+    if max3(out) <= 0.0:
+        return nothing
+    if bounce > 3:  # the first bounces always go on, so that what is seen in glass has no extra noise
+        survival = min(1.0, max3(out) / max3(beta))
+        if uniform(key, dim + 3) >= survival:
+            return nothing
+        out = scale(out, 1.0 / survival)
+    return True, wi, scale(out, 1.0 / (eta * eta)), eta

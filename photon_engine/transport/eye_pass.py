@@ -1,0 +1,141 @@
+"""The eye pass: from pixels through specular surfaces to visible points, and the light gathered there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Executor
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from ..photons.batch import head
+from ..photons.map import PhotonMap
+from .direct_kernels import add_unoccluded, attenuate_shadows, empty_second_paths, empty_shadow_rays, sample_lights
+from .direct_kernels import sample_lobes
+from .eye_kernels import Tile, VisiblePoints, camera_rays, empty_paths, empty_points, eye_step
+from .gather_kernels import Radius, gather
+from .photon_kernels import Surfaces
+from .render_scene import BACKGROUND_DEPTH, RenderScene
+from .second_kernels import second_step
+
+PIXELS_AT_ONCE = 8192
+
+
+class Maps(NamedTuple):
+    """The photon maps of a pass with their radii; None: left out."""
+
+    caustic: PhotonMap | None
+    diffuse: PhotonMap | None  # every D after the first
+    first: PhotonMap | None  # every first D, for final gathering
+    caustic_radius: Radius
+    diffuse_radius: Radius
+
+
+class EyeRun(NamedTuple):
+    """What an eye pass does."""
+
+    key: int  # random numbers
+    max_bounces: int
+    light_samples: int  # 0: no direct light
+    lobe_rays: bool  # whether rays from the lobes can meet a light or gather
+    gather_all: bool  # final gather at every visible point
+    gather_narrow: bool  # final gather for narrow lobes
+
+
+def render_tiles(
+    scene: RenderScene, pool: Executor, run: EyeRun, maps: Maps, picture: Tile, cancelled: Callable[[], bool]
+) -> int:
+    """Draw every pixel of the region into the picture (arrays of n pixels); out: rays traced."""
+    starts = range(0, len(picture.alpha), PIXELS_AT_ONCE)
+    return sum(pool.map(partial(_render_tile, scene, run, maps, picture, cancelled), starts))
+
+
+def region_of(frame) -> np.ndarray:
+    """The region as camera_rays takes it."""
+    return np.array([frame.x0, frame.y0, frame.x1 - frame.x0, frame.width], np.int64)
+
+
+def _render_tile(scene: RenderScene, run: EyeRun, maps: Maps, picture: Tile, cancelled, first: int) -> int:
+    """One run of pixels."""
+    tile = Tile(*(field[first : first + PIXELS_AT_ONCE] for field in picture))
+    n = len(tile.alpha)
+    paths = empty_paths(n)
+    camera_rays(scene.camera, run.key, region_of(scene.frame), first, paths)
+    tile.depth[:] = BACKGROUND_DEPTH
+    rays = 0
+    for bounce in range(run.max_bounces):
+        if cancelled():
+            break
+        surfaces = scene.surfaces(paths.o, paths.d, paths.t_max, is_camera=bounce == 0)
+        rays += len(paths.key)
+        points = empty_points(len(paths.key))
+        n, ended = eye_step(scene.laws, scene.rules, scene.lights, surfaces, paths, bounce, points, tile)
+        if ended:
+            rays += _light_points(scene, run, maps, surfaces, head(points, ended), tile)
+        paths = head(paths, n)
+        if n == 0:
+            break
+    return rays
+
+
+def _light_points(scene: RenderScene, run: EyeRun, maps: Maps, surfaces: Surfaces, points: VisiblePoints, tile: Tile) -> int:
+    """Direct, caustic and diffuse light at visible points."""
+    rays = 0
+    for j in range(run.light_samples):
+        rays += _shadow_rays(scene, run, surfaces, points, j, tile)
+    if maps.caustic is not None:
+        gather(scene.laws, surfaces, points, maps.caustic, maps.caustic_radius, 0, tile.caustic)
+    if maps.diffuse is not None and not run.gather_all:
+        lobes = 1 if run.gather_narrow else 0
+        gather(scene.laws, surfaces, points, maps.diffuse, maps.diffuse_radius, lobes, tile.diffuse)
+    if run.lobe_rays:
+        rays += _second_rays(scene, run, maps, surfaces, points, tile)
+    return rays
+
+
+def _shadow_rays(scene: RenderScene, run: EyeRun, surfaces: Surfaces, points: VisiblePoints, j: int, tile: Tile) -> int:
+    """One shadow ray from every visible point."""
+    rays = empty_shadow_rays(len(points.hit))
+    count = sample_lights(
+        scene.laws, scene.lights, surfaces, points, j, run.light_samples, 1 if run.lobe_rays else 0, rays
+    )
+    rays = head(rays, count)
+    traced = count
+    if not scene.see_through_shadows:
+        occluded = scene.intersector.occluded(rays.o, rays.d, rays.t_max)
+        add_unoccluded(rays, occluded, count, tile.direct)
+        return traced
+    for _ in range(run.max_bounces):
+        if not count:
+            break
+        between = scene.surfaces(rays.o, rays.d, rays.t_max, is_shadow=True)
+        add_unoccluded(rays, between.prim >= 0, count, tile.direct)
+        count = attenuate_shadows(scene.laws, between, rays, scene.casts_shadow)
+        rays = head(rays, count)
+        traced += count
+    return traced
+
+
+def _second_rays(scene: RenderScene, run: EyeRun, maps: Maps, surfaces: Surfaces, points: VisiblePoints, tile: Tile) -> int:
+    """One ray from the lobes of every visible point: direct light by MIS, diffuse light by final gather."""
+    paths = empty_second_paths(len(points.hit))
+    gathers = 2 if run.gather_all else 1 if run.gather_narrow else 0
+    count = sample_lobes(scene.laws, surfaces, points, gathers, paths)
+    paths = head(paths, count)
+    traced = 0
+    for bounce in range(run.max_bounces):
+        if len(paths.key) == 0:
+            break
+        there = scene.surfaces(paths.o, paths.d)
+        traced += len(paths.key)
+        landings = empty_points(len(paths.key))
+        count, landed = second_step(
+            scene.laws, scene.lights, there, paths, bounce, max(run.light_samples, 1), landings, tile.direct
+        )
+        if landed:
+            for photons in (maps.first, maps.diffuse):
+                if photons is not None:
+                    gather(scene.laws, there, head(landings, landed), photons, maps.diffuse_radius, 0, tile.diffuse)
+        paths = head(paths, count)
+    return traced

@@ -1,0 +1,46 @@
+"""Which rough lobes read a photon map, and which look one bounce further (final gather)."""
+
+from __future__ import annotations
+
+from ..bsdf.layout import CLASS_ROUGH, GLASS, REFLECT, REFRACT, ROUGHNESS
+from ..jit import kernel
+
+# below this roughness a lobe is so narrow that few photons of a map arrive from where it looks
+NARROW_ROUGHNESS = 0.5
+
+
+@kernel
+def is_narrow(rows, row, k):
+    """Whether lobe k of a row is a narrow microfacet lobe."""
+    kind = rows.kind[row, k]
+    if kind != REFLECT and kind != GLASS and kind != REFRACT:
+        return False
+    return rows.params[row, k, ROUGHNESS] < NARROW_ROUGHNESS
+
+
+@kernel
+def keep_wide(rows, row, scratch):
+    """Silence the narrow lobes of a prepared row; out: whether a rough lobe remains."""
+    return _keep(rows, row, scratch, False)
+
+
+@kernel
+def keep_narrow(rows, row, scratch):
+    """Silence the wide lobes of a prepared row; out: whether a rough lobe remains."""
+    return _keep(rows, row, scratch, True)
+
+
+@kernel
+def _keep(rows, row, scratch, narrow):
+    """Zero the weights of the other kind of lobes."""
+    remains = False
+    for k in range(rows.kind.shape[1]):
+        if scratch[k, 4] != CLASS_ROUGH:
+            continue
+        if is_narrow(rows, row, k) == narrow:
+            remains = remains or scratch[k, 3] > 0.0
+        else:
+            scratch[k, 0] = 0.0
+            scratch[k, 1] = 0.0
+            scratch[k, 2] = 0.0
+    return remains

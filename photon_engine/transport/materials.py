@@ -1,0 +1,89 @@
+"""Every hit gets its row of lobes: a fixed row for a plain material, a fresh one where textures vary.
+
+Only what some program needs is looked up (UVs, tangents, generated coordinates, ...).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..bsdf.layout import DIFFUSE, HOLDOUT, N_FIELDS, LobeRows, pack
+from ..geometry.flatten import Flattened
+from ..geometry.intersect import Hits
+from ..geometry.surface import surface_points
+from ..issues import IssueLog
+from ..scene.data import SceneData
+from ..shading.points import ObjectTable, ShadePoints, probe_points
+from ..shading.program import Program, compile_material
+from .attributes import fill_attributes
+
+DEFAULT_GREY = 0.8  # what Blender shows for a slot without a material
+
+
+class MaterialTable:
+    """The programs of a scene's materials; rows M and M + 1 are the default material and the holdout."""
+
+    def __init__(self, scene: SceneData, flat: Flattened, threshold: float, issues: IssueLog) -> None:
+        self.scene = scene
+        self.flat = flat
+        self.programs: list[Program] = [compile_material(m, scene.images, issues) for m in scene.materials]
+        count = len(self.programs)
+        self.slots = max([1] + [program.slots for program in self.programs])
+        self.fixed = LobeRows(np.zeros((count + 2, self.slots), np.int32), np.zeros((count + 2, self.slots, N_FIELDS), np.float32))
+        self.fixed.kind[count, 0] = DIFFUSE
+        self.fixed.params[count, 0, :3] = DEFAULT_GREY
+        self.fixed.kind[count + 1, 0] = HOLDOUT
+        for m, program in enumerate(self.programs):
+            if program.constant:
+                rows = pack(program.lobes(probe_points(1)), 1, self.slots)
+                self.fixed.kind[m], self.fixed.params[m] = rows.kind[0], rows.params[0]
+        used = np.zeros(count + 2, bool)
+        used[np.unique(flat.geometry.material)] = True
+        self.used = used
+        self.varying = [m for m, program in enumerate(self.programs) if used[m] and not program.constant]
+        self.objects = ObjectTable.from_instances(scene.instances) if self.varying else None
+        self.has_sharp = self._flags(lambda program: program.has_sharp(threshold), False)
+        self.has_rough = self._flags(lambda program: program.has_rough, True)
+        self.has_null = self._flags(lambda program: program.has_null, False)
+        self.emits = self._flags(lambda program: program.emits, False)
+
+    def _flags(self, ask, default: bool) -> np.ndarray:
+        """(M + 2,) bool: the answer of each used program, then of the default material and the holdout."""
+        answers = [bool(ask(program)) for program in self.programs] + [default, False]
+        return np.array(answers, bool) & self.used
+
+    def shade(self, hits: Hits, d: np.ndarray, **path) -> tuple[LobeRows, np.ndarray]:
+        """Rows of lobes and the row of each hit; d : (n, 3) f32 ray directions; path: flags of ShadePoints."""
+        material = self.flat.geometry.material[hits.prim] if len(self.flat.geometry.material) else np.zeros(len(d), np.int32)
+        if not self.varying:
+            return self.fixed, material
+        valid = hits.prim >= 0
+        picked = [(m, np.flatnonzero(valid & (material == m))) for m in self.varying]
+        picked = [(m, index) for m, index in picked if len(index)]
+        if not picked:
+            return self.fixed, material
+        kinds, params = [self.fixed.kind], [self.fixed.params]
+        row = material.astype(np.int32)
+        start = len(self.fixed.kind)
+        for m, index in picked:
+            rows = self.rows_at(m, Hits(*(field[index] for field in hits)), -d[index], **path)
+            kinds.append(rows.kind)
+            params.append(rows.params)
+            row[index] = np.arange(start, start + len(index), dtype=np.int32)
+            start += len(index)
+        return LobeRows(np.concatenate(kinds), np.concatenate(params)), row
+
+    def rows_at(self, m: int, hits: Hits, wo: np.ndarray, **path) -> LobeRows:
+        """Fresh rows of a varying material at hits, seen from wo (n, 3)."""
+        program = self.programs[m]
+        n = len(hits.prim)
+        p, ng, ns = (np.empty((n, 3), np.float32) for _ in range(3))
+        surface_points(self.flat.geometry, hits.prim, hits.u, hits.v, p, ng, ns)
+        world = (p + self.flat.origin).astype(np.float32)
+        points = ShadePoints(
+            p=world, ng=ng, ns=ns, wo=np.ascontiguousarray(wo, np.float32), backfacing=(wo * ng).sum(axis=1) < 0.0,
+            instance=self.flat.geometry.instance[hits.prim], objects=self.objects,
+            parametric=np.stack([hits.u, hits.v], axis=1), **path,
+        )
+        fill_attributes(points, program.needs, self.scene, self.flat, hits)
+        return pack(program.lobes(points), n, self.slots)

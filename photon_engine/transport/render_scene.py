@@ -1,0 +1,116 @@
+"""A scene made ready for rays: triangles, tree, materials, lights, camera and what photons are aimed at."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ..bsdf.layout import EMISSION
+from ..camera.rays import build_camera
+from ..geometry.flatten import bounding_sphere, flatten
+from ..geometry.intersect import Hits, Intersector
+from ..issues import IssueLog
+from ..lights.table import Emitters, build_lights
+from ..lights.targets import build_targets
+from ..scene.data import SceneData
+from ..settings import Settings
+from .eye_kernels import EyeRules
+from .materials import MaterialTable
+from .photon_kernels import Laws, Surfaces
+
+BACKGROUND_DEPTH = 1e10  # as Cycles writes it
+MOST_EMITTERS_AT_ONCE = 1 << 16
+
+
+class RenderScene:
+    """Everything that stays the same from pass to pass."""
+
+    def __init__(self, scene: SceneData, settings: Settings, issues: IssueLog, stage: Callable[[str], None]) -> None:
+        stage("Preparing geometry")
+        self.frame = scene.frame
+        self.flat = flatten(scene, issues)
+        self._hide_holdouts(scene)
+        stage("Building the ray tree")
+        self.intersector = Intersector(self.flat.geometry)
+        stage("Compiling materials")
+        self.materials = MaterialTable(scene, self.flat, settings.specular_threshold, issues)
+        stage("Preparing lights")
+        self.emitters = self._emitters(scene)
+        self.lights = build_lights(
+            scene, self.emitters, len(self.flat.geometry.triangles), self.flat.center, self.flat.radius,
+            self.flat.origin, issues,
+        )
+        self.camera = build_camera(scene.camera, scene.frame, self.flat.origin)
+        self.targets = self._targets()
+        self.laws = Laws(settings.specular_threshold, self.flat.radius, settings.diffuse_bounces)
+        visible = np.array([item.visible_camera for item in scene.instances] + [True], bool)
+        self.casts_shadow = np.array([item.visible_shadow for item in scene.instances] + [True], bool)
+        forward = -scene.camera.matrix[:3, 2] / np.linalg.norm(scene.camera.matrix[:3, 2])
+        self.rules = EyeRules(scene.frame.transparent, BACKGROUND_DEPTH, visible, np.ascontiguousarray(forward, np.float64))
+        self.see_through_shadows = bool(self.materials.has_null.any() or not self.casts_shadow.all())
+
+    def surfaces(self, o: np.ndarray, d: np.ndarray, t_max: np.ndarray | None = None, **path) -> Surfaces:
+        """What rays hit and how it scatters; o, d : (n, 3) f32."""
+        hits = self.intersector.closest(o, d, t_max)
+        rows, row = self.materials.shade(hits, d, **path)
+        return Surfaces(self.flat.geometry, rows, row, hits.prim, hits.u, hits.v, hits.t)
+
+    def _hide_holdouts(self, scene: SceneData) -> None:
+        """Holdout objects take the holdout material."""
+        holdout = np.array([item.holdout for item in scene.instances], bool)
+        if holdout.any():
+            hidden = holdout[self.flat.geometry.instance]
+            self.flat.geometry.material[hidden] = len(scene.materials) + 1
+
+    def _emitters(self, scene: SceneData) -> Emitters:
+        """Triangles whose material radiates, with their mean radiance."""
+        geometry, table = self.flat.geometry, self.materials
+        tri = np.flatnonzero(table.emits[geometry.material]).astype(np.int32) if len(geometry.material) else np.zeros(0, np.int32)
+        radiance = np.zeros((len(tri), 3), np.float32)
+        material = geometry.material[tri]
+        for m in np.unique(material):
+            index = np.flatnonzero(material == m)
+            if m in table.varying:
+                for part in np.array_split(index, max(1, len(index) // MOST_EMITTERS_AT_ONCE)):
+                    radiance[part] = self._mean_radiance(m, tri[part])
+            else:
+                radiance[index] = emission_of(table.fixed.kind[m : m + 1], table.fixed.params[m : m + 1])
+        lit = (radiance != 0.0).any(axis=1)
+        tri, radiance = tri[lit], radiance[lit]
+        corner = geometry.positions[geometry.triangles[tri]]
+        return Emitters(tri, corner[:, 0], corner[:, 1], corner[:, 2], radiance)
+
+    def _mean_radiance(self, m: int, tri: np.ndarray) -> np.ndarray:
+        """Radiance (n, 3) of triangles of a varying material: mean of four points, seen along the normal."""
+        total = np.zeros((len(tri), 3))
+        samples = ((1 / 3, 1 / 3), (0.6, 0.2), (0.2, 0.6), (0.2, 0.2))
+        geometry = self.flat.geometry
+        corner = geometry.positions[geometry.triangles[tri]].astype(np.float64)
+        ng = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+        ng /= np.maximum(np.linalg.norm(ng, axis=1, keepdims=True), 1e-300)
+        for u, v in samples:
+            ones = np.ones(len(tri), np.float32)
+            rows = self.materials.rows_at(m, Hits(tri, ones * np.float32(u), ones * np.float32(v), ones), ng.astype(np.float32))
+            total += emission_of(rows.kind, rows.params)
+        return total / len(samples)
+
+    def _targets(self):
+        """Bounding spheres of the instances that have a specular surface."""
+        geometry = self.flat.geometry
+        sharp = self.materials.has_sharp[geometry.material] if len(geometry.material) else np.zeros(0, bool)
+        centers, radii = [], []
+        for i in np.unique(geometry.instance[sharp]):
+            first, last = self.flat.first_triangle[i], self.flat.first_triangle[i + 1]
+            inside = geometry.triangles[first:last][sharp[first:last]]
+            center, radius = bounding_sphere(geometry.positions[inside.ravel()])
+            centers.append(center)
+            radii.append(radius)
+        if not centers:
+            return None
+        return build_targets(self.lights, np.array(centers), np.array(radii))
+
+
+def emission_of(kind: np.ndarray, params: np.ndarray) -> np.ndarray:
+    """Radiance (n, 3) of rows of lobes without regard to layers above."""
+    return (params[:, :, :3] * (kind == EMISSION)[:, :, None]).sum(axis=1)

@@ -1,0 +1,139 @@
+"""One scene, rendered pass by pass. A pass depends on (seed, number) alone."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from ..issues import IssueLog
+from ..photons.batch import Deposits
+from ..photons.map import PhotonMap, build_map
+from ..photons.radius import radius_factor
+from ..sampling.rng import STREAM_EYE, stream_key
+from ..scene.data import SceneData
+from ..settings import Settings
+from .eye_kernels import empty_tile
+from .eye_pass import EyeRun, Maps, render_tiles
+from .gather_kernels import Radius
+from .photon_kernels import CAUSTIC, DIFFUSE, GLOBAL
+from .photon_pass import run_for, trace_photons
+from .pilot import Pilot, run_pilot
+from .render_scene import RenderScene
+
+NO_RADIUS = Radius(0.0, 0.0)
+PASS_NAMES = ("Direct", "Caustic", "Diffuse", "Emission", "Environment", "Alpha", "Depth", "Normal", "Albedo")
+
+
+class Renderer:
+    """Renders passes of a scene: photons out, maps built, eye paths in."""
+
+    def __init__(self, scene: SceneData, settings: Settings, issues: IssueLog) -> None:
+        self.data = scene
+        self.settings = settings
+        self.issues = issues
+        self.statistics: dict = {"seconds": {}, "photons": {}, "rays": {}, "flux": {}, "map_bytes": 0}
+        self._pool = ThreadPoolExecutor(settings.threads or os.cpu_count() or 1, thread_name_prefix="photon-map")
+
+    def prepare(self, stage: Callable[[str], None]) -> None:
+        """Everything that passes share. stage(text) is told what is being done."""
+        start = time.perf_counter()
+        self.scene = RenderScene(self.data, self.settings, self.issues, stage)
+        self._count("prepare", start)
+        self.caustics, self.diffuse = self._needed()
+        stage("Pilot pass")
+        start = time.perf_counter()
+        modes = [CAUSTIC] * self.caustics + [DIFFUSE] * self.diffuse
+        self.pilot: Pilot = run_pilot(self.scene, self._pool, self.settings, modes)
+        self._count("pilot", start)
+
+    def render_pass(self, i: int, cancelled: Callable[[], bool]) -> dict[str, np.ndarray] | None:
+        """Pass i = 1, 2, ...: float32 pictures (h, w, channels), bottom row first; None when cancelled."""
+        factor = radius_factor(i, self.settings.alpha)
+        caustic_radius = Radius(self.settings.caustic_radius * factor, self.pilot.caustic_bound * factor)
+        diffuse_radius = Radius(self.settings.diffuse_radius * factor, self.pilot.diffuse_bound * factor)
+        maps = self._maps(i, caustic_radius, diffuse_radius, cancelled)
+        if cancelled():
+            return None
+        start = time.perf_counter()
+        frame = self.data.frame
+        height, width = frame.y1 - frame.y0, frame.x1 - frame.x0
+        picture = empty_tile(height * width)
+        rays = render_tiles(self.scene, self._pool, self._eye_run(i), maps, picture, cancelled)
+        self._count("eye", start)
+        self.statistics["rays"]["eye"] = self.statistics["rays"].get("eye", 0) + rays
+        if cancelled():
+            return None
+        return {name: field.reshape(height, width, -1) for name, field in zip(PASS_NAMES, picture, strict=True)}
+
+    def close(self) -> None:
+        """Let the threads go."""
+        self._pool.shutdown(wait=True, cancel_futures=True)
+
+    def _needed(self) -> tuple[bool, bool]:
+        """Whether caustic photons and diffuse photons can add anything."""
+        lit = len(self.scene.lights.kind) > 0
+        rough = bool(self.scene.materials.has_rough.any())
+        caustics = lit and rough and self.scene.targets is not None and self.settings.caustic_photons > 0
+        diffuse = lit and rough and self.settings.diffuse_bounces > 0 and self.settings.diffuse_photons > 0
+        return bool(caustics), bool(diffuse)
+
+    def _eye_run(self, i: int) -> EyeRun:
+        """What the eye pass of pass i does."""
+        lit = len(self.scene.lights.kind) > 0
+        gather_all = self.diffuse and self.settings.final_gather == "ALL"
+        gather_narrow = self.diffuse and self.settings.final_gather == "GLOSSY"
+        return EyeRun(
+            stream_key(self.settings.seed, i, STREAM_EYE), self.settings.max_bounces,
+            self.settings.light_samples if lit else 0, lit, gather_all, gather_narrow,
+        )
+
+    def _maps(self, i: int, caustic_radius: Radius, diffuse_radius: Radius, cancelled: Callable[[], bool]) -> Maps:
+        """Trace the photons of pass i and sort them into maps."""
+        caustic = diffuse = first = None
+        if self.caustics:
+            deposits = self._trace(i, CAUSTIC, cancelled)
+            caustic = self._build(deposits, caustic_radius)
+        if self.diffuse:
+            gathering = self.settings.final_gather != "OFF"
+            deposits = self._trace(i, GLOBAL if gathering else DIFFUSE, cancelled)
+            if gathering:
+                later = deposits.seen > 1
+                first = self._build(Deposits(*(field[~later] for field in deposits)), diffuse_radius)
+                deposits = Deposits(*(field[later] for field in deposits))
+            diffuse = self._build(deposits, diffuse_radius)
+        self.statistics["map_bytes"] = sum(m.nbytes() for m in (caustic, diffuse, first) if m is not None)
+        return Maps(caustic, diffuse, first, caustic_radius, diffuse_radius)
+
+    def _trace(self, i: int, mode: int, cancelled: Callable[[], bool]) -> Deposits:
+        """Deposits of pass i in a mode, counted in the statistics."""
+        start = time.perf_counter()
+        name = "caustic" if mode == CAUSTIC else "diffuse"
+        run = run_for(self.settings, i, mode)
+        deposits, tally, rays = trace_photons(self.scene, self._pool, run, cancelled)
+        self._count(f"trace {name}", start)
+        self.statistics["rays"][name] = self.statistics["rays"].get(name, 0) + rays
+        self.statistics["photons"][name] = self.statistics["photons"].get(name, 0) + len(deposits.wi)
+        flux = self.statistics["flux"].setdefault(name, np.zeros((4, 3)))
+        flux += tally
+        return deposits
+
+    def _build(self, deposits: Deposits, radius: Radius) -> PhotonMap | None:
+        """A map whose cells suit queries of this radius; None without photons."""
+        start = time.perf_counter()
+        if len(deposits.wi) == 0:
+            return None
+        reach = radius.bound
+        if self.pilot.footprint > 0.0:
+            reach = min(reach, radius.pixels * self.pilot.footprint)
+        built = build_map(deposits, max(reach, 1e-6 * self.scene.flat.radius))
+        self._count("build", start)
+        return built
+
+    def _count(self, name: str, start: float) -> None:
+        """Add to the seconds of a stage."""
+        seconds = self.statistics["seconds"]
+        seconds[name] = seconds.get(name, 0.0) + time.perf_counter() - start
