@@ -1,7 +1,7 @@
 """Imports tests under the names that Python would use (photon_engine.bsdf.tests.test_x).
 
-The root folder holds an __init__.py, since it is a Blender extension. Left alone, pytest would take the root for a package
-and import every module a second time as <folder>.photon_engine..., with second copies of all types and kernels.
+The root folder holds an __init__.py, since it is a Blender extension. Left alone, pytest would take the root for a
+package and import modules a second time as <folder>.photon_engine..., with second copies of all types and kernels.
 """
 
 import importlib

@@ -16,5 +16,5 @@ def unregister() -> None:
 
 
 def _blender():
-    # by name, so that importing the package needs neither bpy nor the compiler, and no layer reaches Blender through its root
+    # by name: importing the package needs neither bpy nor numba, and no layer reaches Blender through its root
     return import_module(".blender", __package__)
