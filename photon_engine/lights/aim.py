@@ -1,0 +1,115 @@
+"""Photons aimed at spheres: how a light's photon toward one sphere is drawn, and with what density.
+
+Densities are those of whole photon lines: per m^2 across the line and sr (area lamps, meshes: per m^2 of the emitter
+and sr; points: per sr; suns: per m^2 and, for their direction, per sr of the disk), so that the densities of several
+overlapping spheres add up to a mixture [Veach and Guibas 1995; physics of projection maps: Jensen 1996].
+"""
+
+from __future__ import annotations
+
+import math
+
+from ..jit import kernel
+from ..sampling.warps import INV_4PI, one_minus_cos, square_to_cone, square_to_disk, square_to_sphere
+from ..vec import add, dot, load3, madd, scale, sub, to_world
+from .emit import disk_point, distant_direction
+from .table import DELTA
+
+FAR = 1.5  # lamp and sphere must be this much farther apart than their radii touch, to aim from a disk between
+
+
+@kernel
+def toward(o, center, radius, u0, u1):
+    """Direction from o uniform in the cone that a sphere fills; over the whole sphere from inside it."""
+    r = sub(center, o)
+    d2 = dot(r, r)
+    if d2 <= radius * radius:
+        return square_to_sphere(u0, u1)
+    local = square_to_cone(u0, u1, one_minus_cos(radius * radius / d2))
+    return to_world(local, scale(r, 1.0 / math.sqrt(d2)))
+
+
+@kernel
+def toward_pdf_w(o, center, radius, d):
+    """Density of `toward` in solid angle."""
+    r = sub(center, o)
+    d2 = dot(r, r)
+    if d2 <= radius * radius:
+        return INV_4PI
+    h = one_minus_cos(radius * radius / d2)
+    # 1 - cos of the angle to the axis, from the chord between the unit vectors
+    chord = sub(d, scale(r, 1.0 / math.sqrt(d2)))
+    return 1.0 / (2.0 * math.pi * h) if 0.5 * dot(chord, chord) <= h else 0.0
+
+
+@kernel
+def crosses(o, d, center, radius):
+    """Whether the line (o, d) passes within radius of center."""
+    r = sub(o, center)
+    along = dot(r, d)
+    across = madd(r, -along, d)
+    return dot(across, across) <= radius * radius
+
+
+@kernel
+def gate(lights, l, center, radius):
+    """The disk about a lamp, across the way to a sphere, through which all lines from one to the other pass.
+
+    (gate radius, unit axis, distance); radius 0: too close for such a disk.
+    """
+    r = sub(center, load3(lights.position, l))
+    distance = math.sqrt(dot(r, r))
+    reach = lights.size[l, 0] + radius
+    if distance <= FAR * reach:
+        return 0.0, (0.0, 0.0, 1.0), distance
+    sine = reach / distance
+    return lights.size[l, 0] / math.sqrt(1.0 - sine * sine), scale(r, 1.0 / distance), distance
+
+
+@kernel
+def round_line(lights, l, center, radius, u0, u1, u2, u3):
+    """A line from a point or spot lamp toward a sphere: (x, d), x any point of it; covers all lines between them."""
+    position = load3(lights.position, l)
+    if lights.flags[l] & DELTA:
+        return position, toward(position, center, radius, u2, u3)
+    opening, axis, _ = gate(lights, l, center, radius)
+    if opening > 0.0:
+        x, y = square_to_disk(u0, u1)
+        o = add(position, to_world((opening * x, opening * y, 0.0), axis))
+        return o, toward(o, center, radius, u2, u3)
+    d = toward(position, center, radius + lights.size[l, 0], u2, u3)
+    return disk_point(position, lights.size[l, 0], d, u0, u1), d
+
+
+@kernel
+def round_line_pdf(lights, l, center, radius, x, d):
+    """Density of `round_line` for the line (x, d), per m^2 across it and sr; for a point: per sr."""
+    position = load3(lights.position, l)
+    if lights.flags[l] & DELTA:
+        return toward_pdf_w(position, center, radius, d)
+    opening, axis, _ = gate(lights, l, center, radius)
+    if opening == 0.0:
+        inverse_area = 1.0 / (math.pi * lights.size[l, 0] * lights.size[l, 0])
+        return inverse_area * toward_pdf_w(position, center, radius + lights.size[l, 0], d)
+    cosine = dot(axis, d)
+    if cosine <= 0.0:
+        return 0.0
+    r = sub(position, x)
+    o = madd(x, dot(r, axis) / cosine, d)
+    off = sub(o, position)
+    if dot(off, off) > opening * opening:
+        return 0.0
+    return toward_pdf_w(o, center, radius, d) / (math.pi * opening * opening * cosine)
+
+
+@kernel
+def distant_line(lights, l, center, radius, u0, u1, u2, u3):
+    """A line of a sun or the world, of its photons' directions, through a sphere: (x, d)."""
+    d, _ = distant_direction(lights, l, u2, u3)
+    return disk_point(center, radius, d, u0, u1), d
+
+
+@kernel
+def disk_line_pdf(center, radius, x, d):
+    """Density of a line through a sphere's disk across it, per m^2."""
+    return 1.0 / (math.pi * radius * radius) if crosses(x, d, center, radius) else 0.0

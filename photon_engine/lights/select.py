@@ -1,0 +1,128 @@
+"""Which light to sample from a point: by an estimate of what arrives there, with a share for every light."""
+
+from __future__ import annotations
+
+import math
+
+from ..jit import kernel
+from ..vec import dot, load3, scale, sub
+from .round import spot_falloff
+from .table import AREA, DELTA, POINT, SPOT, SUN, WORLD
+
+MANY = 64  # above so many lights the static table is used, whatever the point
+FLOOR = 0.2  # of the probability is shared evenly by all lights that can reach the point
+DARK_SPOT = 0.05  # weight of a spot with a radius outside its cone: its rim may still be seen
+
+
+@kernel
+def light_weight(lights, l, p):
+    """Estimated irradiance [W/m^2] from light l at p, unoccluded, facing it; 0 only where none can arrive."""
+    kind = lights.kind[l]
+    power = lights.power[l]
+    if kind == SUN or kind == WORLD:
+        return power
+    r = sub(p, load3(lights.position, l))
+    d2 = dot(r, r)
+    if kind == POINT or kind == SPOT:
+        radius = lights.size[l, 0]
+        weight = power / max(d2 + radius * radius, 1e-12)
+        if kind == POINT or d2 == 0.0:
+            return weight
+        falloff = spot_falloff(lights, l, scale(r, 1.0 / math.sqrt(d2)))
+        return weight * (falloff if lights.flags[l] & DELTA else max(falloff, DARK_SPOT))
+    if kind == AREA:
+        height = dot(r, load3(lights.normal, l))
+        if height <= 0.0:
+            return 0.0
+        extent = lights.size[l, 0] * lights.size[l, 0] + lights.size[l, 1] * lights.size[l, 1]
+        if lights.flags[l] & DELTA:
+            return power / (math.pi * extent)
+        # the lamp's own cosine, softened by its extent, since p may look at its near end
+        cosine = min(1.0, (height + math.sqrt(extent)) / math.sqrt(d2 + extent))
+        return power * cosine / (d2 + extent)
+    radius = lights.size[l, 0]
+    return power / (d2 + radius * radius)
+
+
+@kernel
+def selection_sums(lights, p):
+    """(sum of all weights at p, how many are above 0), as `selection_p` needs them."""
+    total = 0.0
+    count = 0
+    n = lights.kind.shape[0]
+    if n > MANY or n == 1:
+        return total, count
+    for l in range(n):
+        weight = light_weight(lights, l, p)
+        total += weight
+        count += 1 if weight > 0.0 else 0
+    return total, count
+
+
+@kernel
+def _selection_p(lights, l, p, total, count):
+    """Probability of light l at p; total, count from `selection_sums`."""
+    n = lights.kind.shape[0]
+    if n == 1:
+        return 1.0
+    if n > MANY:
+        return lights.select_cdf[l] - (lights.select_cdf[l - 1] if l > 0 else 0.0)
+    weight = light_weight(lights, l, p)
+    return (1.0 - FLOOR) * weight / total + FLOOR / count if weight > 0.0 else 0.0
+
+
+@kernel
+def selection_p(lights, l, p):
+    """Probability with which `select_light` chooses light l at p."""
+    total, count = selection_sums(lights, p)
+    return _selection_p(lights, l, p, total, count)
+
+
+@kernel
+def search(cdf, u):
+    """First index whose cumulative value exceeds u, for u in [0, 1) and a CDF that ends at 1."""
+    low = 0
+    high = cdf.shape[0] - 1
+    while low < high:
+        middle = (low + high) // 2
+        if cdf[middle] > u:
+            high = middle
+        else:
+            low = middle + 1
+    return low
+
+
+@kernel
+def pick(cdf, u):
+    """Index drawn from a CDF, its probability, and a fresh uniform number made of what u has left: (i, p, u')."""
+    i = search(cdf, u)
+    before = cdf[i - 1] if i > 0 else 0.0
+    p = cdf[i] - before
+    return i, p, min(max((u - before) / p, 0.0), 0.9999999999999999)
+
+
+@kernel
+def select_light(lights, p, u):
+    """A light for the point p: (l, probability, fresh uniform number); l = -1: no light can reach p."""
+    n = lights.kind.shape[0]
+    if n == 0:
+        return -1, 0.0, u
+    if n == 1:
+        return 0, 1.0, u
+    if n > MANY:
+        return pick(lights.select_cdf, u)
+    total, count = selection_sums(lights, p)
+    if count == 0:
+        return -1, 0.0, u
+    below = 0.0
+    last = -1
+    probability = 0.0
+    for l in range(n):
+        q = _selection_p(lights, l, p, total, count)
+        if q > 0.0:
+            last = l
+            probability = q
+            if u < below + q:
+                break
+            below += q
+    return last, probability, min(max((u - below) / probability, 0.0), 0.9999999999999999)

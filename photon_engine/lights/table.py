@@ -1,0 +1,338 @@
+"""The table of lights that every kernel reads, and how it is built from SceneData.
+
+Order: lamps first, then the group of emissive triangles (MESH), then the world. Lengths are relative to an origin
+that is subtracted from world positions, so that single-precision geometry and lights share one frame.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..issues import IssueLog, RenderError
+from ..scene.data import Light, SceneData
+
+# kinds
+POINT, SPOT, SUN, AREA, MESH, WORLD = range(6)
+KINDS = {"POINT": POINT, "SPOT": SPOT, "SUN": SUN, "AREA": AREA}
+
+# flags
+DELTA = 1  # cannot be hit by a ray: a point, one direction, or parallel rays from an area
+SOFT = 2  # POINT, SPOT with a radius: a disk that faces whoever looks
+ELLIPSE = 4  # AREA: round instead of rectangular
+SHADOW = 8  # casts shadows
+CAMERA = 16  # seen by the camera
+FOCUSED = 32  # AREA: spread below 180 degrees
+
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+UNIFORM_SHARE = 0.5  # of the static selection; the rest follows power
+MIN_AXIS = 1e-12  # a shorter column of a matrix [m] has no direction
+
+
+class Emitters(NamedTuple):
+    """Triangles that radiate, in recentred world space."""
+
+    tri: np.ndarray  # (M,) i32, global triangle ids
+    v0: np.ndarray  # (M, 3) f32 [m]
+    v1: np.ndarray  # (M, 3) f32 [m]
+    v2: np.ndarray  # (M, 3) f32 [m]
+    radiance: np.ndarray  # (M, 3) f32, average over the triangle [W/m^2/sr]; both sides radiate
+
+
+class LightTable(NamedTuple):
+    """All lights of a scene, L of them; M emissive triangles, T triangles in all."""
+
+    kind: np.ndarray  # (L,) i32
+    flags: np.ndarray  # (L,) i32, bits DELTA ... FOCUSED
+    position: np.ndarray  # (L, 3) f64 [m]; MESH: centroid
+    axis_u: np.ndarray  # (L, 3) f64, unit, AREA
+    axis_v: np.ndarray  # (L, 3) f64, unit, AREA
+    normal: np.ndarray  # (L, 3) f64, unit: AREA, SPOT: where it shines; SUN: where its light travels
+    radiance: np.ndarray  # (L, 3) f64 [W/m^2/sr]; POINT, SPOT with DELTA: intensity [W/sr]; SUN, AREA with DELTA:
+    # irradiance [W/m^2]; MESH: mean of its triangles
+    size: np.ndarray  # (L, 3) f64: POINT, SPOT, MESH: radius; AREA: half u, half v, area; SUN: 1 - cos(half angle)
+    cone: np.ndarray  # (L, 3) f64: SPOT: cos(half angle), blend; AREA: tan(half spread), gain 1 / (tan h - h), sin^2 h
+    to_world: np.ndarray  # (L, 3, 3) f64, SPOT: local to world directions, with the object's scale
+    to_local: np.ndarray  # (L, 3, 3) f64, SPOT: its inverse
+    flux: np.ndarray  # (L, 3) f64, entering the bounding sphere of the scene [W]
+    power: np.ndarray  # (L,) f64, what `selection.light_weight` scales: intensity, irradiance or flux by kind
+    select_cdf: np.ndarray  # (L,) f64, half uniform, half by flux: direct light where there are many lights
+    photon_cdf: np.ndarray  # (L,) f64, by flux: whole-scene photons
+    emitter_of_tri: np.ndarray  # (T,) i32, index into the M emissive triangles, or -1
+    tri_v0: np.ndarray  # (M, 3) f64 [m]
+    tri_e1: np.ndarray  # (M, 3) f64, v1 - v0 [m]
+    tri_e2: np.ndarray  # (M, 3) f64, v2 - v0 [m]
+    tri_radiance: np.ndarray  # (M, 3) f64 [W/m^2/sr]
+    tri_area: np.ndarray  # (M,) f64 [m^2]
+    tri_cdf: np.ndarray  # (M,) f64, by flux
+    center: np.ndarray  # (3,) f64, bounding sphere of the geometry [m]
+    radius: float  # of that sphere [m]
+
+
+class _Row:
+    """One light while the table is being built; the fields are those of LightTable."""
+
+    def __init__(self, kind: int, radiance: np.ndarray, flags: int = SHADOW | CAMERA) -> None:
+        self.kind = kind
+        self.flags = flags
+        self.radiance = np.asarray(radiance, np.float64)
+        self.position = np.zeros(3)
+        self.axis_u = np.array([1.0, 0.0, 0.0])
+        self.axis_v = np.array([0.0, 1.0, 0.0])
+        self.normal = np.array([0.0, 0.0, -1.0])
+        self.size = np.zeros(3)
+        self.cone = np.zeros(3)
+        self.to_world = np.eye(3)
+        self.to_local = np.eye(3)
+        self.flux = np.zeros(3)
+        self.power = 0.0
+
+
+def build_lights(
+    scene: SceneData,
+    emitters: Emitters,
+    n_triangles: int,
+    center: np.ndarray,
+    radius: float,
+    origin: np.ndarray,
+    issues: IssueLog | None = None,
+) -> LightTable:
+    """The light table of a scene.
+
+    emitters : M emissive triangles, recentred;  n_triangles : T;  center (3,), radius [m] : sphere around all
+    geometry, recentred;  origin (3,) f64 : subtracted from world positions.
+    Lights without power are left out. Raises RenderError for a lamp whose numbers are not finite.
+    """
+    issues = IssueLog() if issues is None else issues
+    radius = max(float(radius), 1e-6)
+    rows = [row for light in scene.lights if (row := _lamp(light, np.asarray(origin, np.float64), issues))]
+    for row in rows:
+        row.flux *= _entering(row, np.asarray(center, np.float64), radius)
+    triangles = _triangles(emitters)
+    if len(triangles["tri_cdf"]) and triangles["tri_cdf"][-1] > 0.0:
+        rows.append(_mesh(triangles))
+    world = np.asarray(scene.world.color, np.float64)
+    if not np.all(np.isfinite(world)):
+        raise RenderError(scene.world.name, "the world's colour is not finite", "check its strength")
+    if np.any(world != 0.0):
+        row = _Row(WORLD, world)
+        row.flux = world * (4.0 * math.pi**2 * radius**2)
+        row.power = math.pi * _weight(world)
+        rows.append(row)
+    lookup = np.full(n_triangles, -1, np.int32)
+    lookup[emitters.tri] = np.arange(len(emitters.tri), dtype=np.int32)
+    return _pack(rows, triangles, lookup, (np.asarray(center, np.float64), radius))
+
+
+def _pack(rows: list[_Row], triangles: dict, lookup: np.ndarray, sphere: tuple) -> LightTable:
+    """Stack rows into arrays and add the selection tables."""
+    flux = np.array([row.flux for row in rows], np.float64).reshape(-1, 3)
+    weights = np.abs(flux) @ LUMINANCE
+    uniform = np.full(len(rows), 1.0 / max(len(rows), 1))
+    by_power = weights / weights.sum() if weights.sum() > 0.0 else uniform
+
+    def stack(name: str, shape: tuple[int, ...]) -> np.ndarray:
+        return np.array([getattr(row, name) for row in rows], np.float64).reshape(len(rows), *shape)
+
+    return LightTable(
+        kind=np.array([row.kind for row in rows], np.int32),
+        flags=np.array([row.flags for row in rows], np.int32),
+        **{name: stack(name, (3,)) for name in ("position", "axis_u", "axis_v", "normal", "radiance", "size", "cone")},
+        to_world=stack("to_world", (3, 3)),
+        to_local=stack("to_local", (3, 3)),
+        flux=flux,
+        power=stack("power", ()),
+        select_cdf=make_cdf(UNIFORM_SHARE * uniform + (1.0 - UNIFORM_SHARE) * by_power),
+        photon_cdf=make_cdf(by_power),
+        emitter_of_tri=lookup,
+        **triangles,
+        center=sphere[0],
+        radius=sphere[1],
+    )
+
+
+def make_cdf(probabilities: np.ndarray) -> np.ndarray:
+    """Cumulative sum that ends at exactly 1 from the last possible entry on."""
+    total = np.cumsum(probabilities)
+    if len(total):
+        total[np.flatnonzero(probabilities)[-1] if np.any(probabilities) else -1 :] = 1.0
+    return total
+
+
+def _weight(rgb: np.ndarray) -> float:
+    """Importance of a colour: luminance, where negative light counts like positive."""
+    return float(np.abs(rgb) @ LUMINANCE)
+
+
+def _triangles(emitters: Emitters) -> dict[str, np.ndarray]:
+    """Emissive triangles in double precision, with a CDF by flux."""
+    v0, v1, v2 = (np.asarray(v, np.float64).reshape(-1, 3) for v in (emitters.v0, emitters.v1, emitters.v2))
+    e1, e2 = v1 - v0, v2 - v0
+    area = 0.5 * np.linalg.norm(np.cross(e1, e2), axis=1)
+    radiance = np.asarray(emitters.radiance, np.float64).reshape(-1, 3)
+    weights = area * (np.abs(radiance) @ LUMINANCE)
+    total = weights.sum()
+    cdf = make_cdf(weights / total) if total > 0.0 else np.zeros(len(weights))
+    return {"tri_v0": v0, "tri_e1": e1, "tri_e2": e2, "tri_radiance": radiance, "tri_area": area, "tri_cdf": cdf}
+
+
+def _mesh(triangles: dict[str, np.ndarray]) -> _Row:
+    """The group of emissive triangles as one light."""
+    area, radiance = triangles["tri_area"], triangles["tri_radiance"]
+    row = _Row(MESH, (area[:, None] * radiance).sum(0) / area.sum())
+    row.flux = 2.0 * math.pi * (area[:, None] * radiance).sum(0)
+    row.power = float((area * (np.abs(radiance) @ LUMINANCE)).sum())  # intensity along the normal, one side
+    weights = np.diff(triangles["tri_cdf"], prepend=0.0)
+    middle = triangles["tri_v0"] + (triangles["tri_e1"] + triangles["tri_e2"]) / 3.0
+    row.position = weights @ middle
+    spread = weights @ ((middle - row.position) ** 2).sum(1) + weights @ area / math.pi
+    row.size = np.array([math.sqrt(spread), 0.0, area.sum()])
+    return row
+
+
+def _lamp(light: Light, origin: np.ndarray, issues: IssueLog) -> _Row | None:
+    """A lamp's row, or None when it gives no light."""
+    strength = np.asarray(light.strength, np.float64)
+    matrix = np.asarray(light.matrix, np.float64)
+    numbers = (light.radius, light.spot_size, light.spot_blend, light.angle, light.spread, *light.size)
+    if not (np.all(np.isfinite(strength)) and np.all(np.isfinite(matrix)) and np.all(np.isfinite(numbers))):
+        raise RenderError(light.name, "a number of this lamp is not finite", "check transform, size and strength")
+    if light.kind not in KINDS:
+        raise RenderError(light.name, f"no lamp is of kind {light.kind}", "use a point, spot, sun or area lamp")
+    if not np.any(strength):
+        return None
+    if np.any(strength < 0.0):
+        issues.info(light.name, "the strength is negative: this lamp takes light away")
+    if not light.cast_shadow:
+        issues.warn(light.name, "Cast Shadow off holds for direct light only: its photons stop at surfaces")
+    flags = (SHADOW if light.cast_shadow else 0) | (CAMERA if light.visible_camera else 0)
+    row = _Row(KINDS[light.kind], strength, flags)
+    row.position = matrix[:3, 3] - origin
+    scales = np.linalg.norm(matrix[:3, :3], axis=0)
+    if light.kind != "POINT" and scales[2] < MIN_AXIS:
+        issues.warn(light.name, "the object's scale is 0, so that the lamp has no direction: left out", "set its scale")
+        return None
+    if scales[2] >= MIN_AXIS:
+        row.normal = -matrix[:3, 2] / scales[2]
+    build = {"POINT": _point, "SPOT": _spot, "SUN": _sun, "AREA": _area}[light.kind]
+    return row if build(row, light, matrix, issues) else None
+
+
+def _point(row: _Row, light: Light, matrix: np.ndarray, issues: IssueLog) -> bool:
+    """Le = S / (4 pi^2 r^2), or intensity S / (4 pi); not normalised: S / pi. Flux, before a spot's cone: S."""
+    radius = max(light.radius, 0.0)
+    area = (4.0 * math.pi * radius**2 if radius > 0.0 else 4.0) if light.normalize else 1.0
+    row.radiance = row.radiance / (math.pi * area)
+    row.size = np.array([radius, 0.0, 0.0])
+    row.flags |= DELTA if radius == 0.0 else (SOFT if light.soft_falloff else 0)
+    intensity = row.radiance * (math.pi * radius**2 if radius > 0.0 else 1.0)
+    row.flux = 4.0 * math.pi * intensity
+    row.power = _weight(intensity)
+    return True
+
+
+def _spot(row: _Row, light: Light, matrix: np.ndarray, issues: IssueLog) -> bool:
+    """As a point lamp, within a cone that the object's scale makes elliptic."""
+    _point(row, light, matrix, issues)
+    if light.spot_size <= 0.0:
+        return False
+    linear = matrix[:3, :3]
+    if abs(np.linalg.det(linear)) < MIN_AXIS**3:
+        issues.warn(light.name, "the object's scale is 0 along an axis: left out", "set its scale")
+        return False
+    cos_half = math.cos(0.5 * min(light.spot_size, math.pi))
+    blend = min(max(light.spot_blend, 0.0), 1.0)
+    row.cone = np.array([cos_half, blend, 0.0])
+    row.to_world = linear.copy()
+    row.to_local = np.linalg.inv(linear)
+    row.flux = row.flux * (spot_solid_angle(linear, cos_half, blend) / (4.0 * math.pi))
+    return True
+
+
+def spot_solid_angle(linear: np.ndarray, cos_half: float, blend: float) -> float:
+    """Integral [sr] of a spot's falloff over directions; exact to 1e-4 for moderate scales.
+
+    linear (3, 3) : the object's matrix. A local solid angle dw turns into |det M| / |M v|^3 dw.
+    """
+    n = 128
+    height = 1.0 - (np.arange(n) + 0.5) / n * (1.0 - cos_half)
+    angle = (np.arange(n) + 0.5) / n * 2.0 * math.pi
+    sine = np.sqrt(1.0 - height**2)
+    x, y = sine[:, None] * np.cos(angle), sine[:, None] * np.sin(angle)
+    local = np.stack(np.broadcast_arrays(x, y, -height[:, None]), -1)
+    with np.errstate(divide="ignore"):
+        x = np.clip((height - cos_half) / ((1.0 - cos_half) * blend), 0.0, 1.0)
+    falloff = x * x * (3.0 - 2.0 * x)
+    jacobian = abs(np.linalg.det(linear)) / np.linalg.norm(local @ linear.T, axis=-1) ** 3
+    return float(2.0 * math.pi * (1.0 - cos_half) * (falloff[:, None] * jacobian).mean())
+
+
+def _sun(row: _Row, light: Light, matrix: np.ndarray, issues: IssueLog) -> bool:
+    """Le = S / (pi sin^2(angle / 2)), or irradiance S; not normalised: Le = S (no disk: irradiance S)."""
+    half = 0.5 * min(max(light.angle, 0.0), math.pi)
+    projected = math.pi * math.sin(half) ** 2
+    if half == 0.0:
+        row.flags |= DELTA
+        irradiance = row.radiance
+    else:
+        row.radiance = row.radiance / projected if light.normalize else row.radiance
+        irradiance = row.radiance * projected
+    row.size = np.array([2.0 * math.sin(0.5 * half) ** 2, 0.0, 0.0])
+    row.flux = irradiance.copy()  # times the area of the scene's disk, in `_entering`
+    row.power = _weight(irradiance)
+    return True
+
+
+def _area(row: _Row, light: Light, matrix: np.ndarray, issues: IssueLog) -> bool:
+    """One-sided along local -Z, Le = S / (pi A); not normalised: S / pi. Spread keeps the flux."""
+    size_v = light.size[1] if light.shape in ("RECTANGLE", "ELLIPSE") else light.size[0]
+    u, v = matrix[:3, 0] * light.size[0], matrix[:3, 1] * size_v
+    length_u, length_v = np.linalg.norm(u), np.linalg.norm(v)
+    if length_u < MIN_AXIS or length_v < MIN_AXIS:
+        return False
+    row.axis_u = u / length_u
+    across = v - row.axis_u * (v @ row.axis_u)
+    if np.linalg.norm(across) < 1e-6 * length_v:
+        return False
+    if np.linalg.norm(across) < 0.999 * length_v:
+        issues.warn(light.name, "its shear is ignored: it stays a rectangle or ellipse", "apply the parent's scale")
+    row.axis_v = across / np.linalg.norm(across)
+    upright = np.cross(row.axis_u, row.axis_v)
+    row.normal = upright if upright @ row.normal > 0.0 else -upright
+    round_shape = light.shape in ("DISK", "ELLIPSE")
+    area = length_u * length_v * (0.25 * math.pi if round_shape else 1.0)
+    row.size = np.array([0.5 * length_u, 0.5 * length_v, area])
+    row.flags |= ELLIPSE if round_shape else 0
+    row.radiance = row.radiance / (math.pi * (area if light.normalize else 1.0))
+    row.flux = row.radiance * (math.pi * area)
+    _spread(row, 0.5 * max(light.spread, 0.0))
+    row.power = _weight(row.flux) / math.pi * max(1.0, row.cone[0] * row.cone[1] if row.flags & FOCUSED else 1.0)
+    return True
+
+
+def _spread(row: _Row, half: float) -> None:
+    """Focusing of an area lamp: gain (tan h - tan a) / (tan h - h) at angle a; half = 0: parallel rays."""
+    if half == 0.0:
+        row.flags |= DELTA
+        row.radiance = row.radiance * math.pi  # the irradiance of the beam
+    elif half < 0.5 * math.pi - 1e-6:
+        row.flags |= FOCUSED
+        tangent = math.tan(half)
+        excess = tangent - half if half > 1e-3 else half**3 / 3.0 * (1.0 + 0.4 * half**2)
+        row.cone = np.array([tangent, 1.0 / excess, math.sin(half) ** 2])
+
+
+def _entering(row: _Row, center: np.ndarray, radius: float) -> float:
+    """Share of a lamp's flux that enters the scene's bounding sphere, roughly; a sun's: the area of its disk [m^2]."""
+    if row.kind == SUN:
+        return math.pi * radius**2
+    distance = float(np.linalg.norm(row.position - center))
+    if distance <= radius:
+        return 1.0
+    sphere = 2.0 * math.pi * (1.0 - math.sqrt(1.0 - (radius / distance) ** 2))
+    beam = {POINT: 4.0 * math.pi, AREA: math.pi, SPOT: 2.0 * math.pi * (1.0 - row.cone[0])}[row.kind]
+    if row.kind == AREA and row.flags & FOCUSED:
+        beam *= row.cone[2]
+    return min(1.0, sphere / max(beam, 1e-12))

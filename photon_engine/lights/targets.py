@@ -1,0 +1,220 @@
+"""Spheres worth aiming photons at, which of them each light serves, and the aimed photons themselves."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..jit import kernel
+from ..sampling.warps import square_to_disk
+from ..vec import dot, load3, luminance, madd, scale, sub
+from .aim import disk_line_pdf, distant_line, round_line, round_line_pdf, toward, toward_pdf_w
+from .area import area_gain, area_inside, area_local, area_point
+from .emit import area_origin, distant_direction, from_outside, mesh_origin, round_surface
+from .round import spot_falloff
+from .select import pick
+from .table import AREA, DELTA, MESH, SUN, WORLD, LightTable, make_cdf
+
+MAX_TARGETS = 16
+PILOT = 256  # photons with which the flux of a light into a sphere is estimated
+FLOOR = 0.05  # of each light's photons is shared by all spheres, and of all photons by all lights
+BLACK = (0.0, 0.0, 0.0)
+
+
+class Targets(NamedTuple):
+    """C spheres for L lights."""
+
+    center: np.ndarray  # (C, 3) f64 [m]
+    radius: np.ndarray  # (C,) f64 [m]
+    pick: np.ndarray  # (L, C) f64, cumulative: which sphere a photon of a light is aimed at
+    flux: np.ndarray  # (L, C) f64, estimated flux (luminance) of the light into the sphere [W]
+    aimed_cdf: np.ndarray  # (L,) f64, cumulative: which light an aimed photon leaves, by flux into the spheres
+
+
+def build_targets(lights: LightTable, centers: np.ndarray, radii: np.ndarray) -> Targets:
+    """Targets from bounding spheres (n, 3), (n,) of what photons should reach, merged to at most MAX_TARGETS."""
+    center, radius = merge_spheres(np.asarray(centers, np.float64), np.asarray(radii, np.float64))
+    n_lights, n = len(lights.kind), len(radius)
+    even = np.tile((np.arange(n) + 1.0) / max(n, 1), (n_lights, 1))
+    blank = Targets(center, radius, even, np.zeros((n_lights, n)), np.zeros(n_lights))
+    if n_lights == 0 or n == 0:
+        return blank
+    flux = np.zeros((n_lights, n))
+    estimate_flux(lights, blank, pilot_numbers(PILOT), flux)
+    shares = [FLOOR / n + (1.0 - FLOOR) * (row / row.sum() if row.sum() > 0.0 else 1.0 / n) for row in flux]
+    totals = flux.sum(1)
+    if totals.sum() > 0.0:
+        by_light = (1.0 - FLOOR) * totals / totals.sum() + FLOOR / n_lights
+    else:
+        by_light = np.full(n_lights, 1.0 / n_lights)
+    return Targets(center, radius, np.array([make_cdf(row) for row in shares]), flux, make_cdf(by_light))
+
+
+def pilot_numbers(n: int) -> np.ndarray:
+    """(n, 4) well spread points of the unit cube: the additive recurrence of the plastic numbers [Roberts 2018]."""
+    root = 1.0
+    for _ in range(64):
+        root = (1.0 + root) ** 0.2
+    steps = root ** -np.arange(1.0, 5.0)
+    return (0.5 + np.arange(1, n + 1)[:, None] * steps) % 1.0
+
+
+def merge_spheres(center: np.ndarray, radius: np.ndarray, limit: int = MAX_TARGETS) -> tuple[np.ndarray, np.ndarray]:
+    """At most `limit` spheres (C, 3), (C,) that contain all of the given ones; a sphere within another is dropped."""
+    spheres = [(c, float(r)) for c, r in _halve(center.reshape(-1, 3), radius.reshape(-1), 4 * limit)]
+    while len(spheres) > 1:
+        c = np.array([s[0] for s in spheres])
+        r = np.array([s[1] for s in spheres])
+        d = np.linalg.norm(c[:, None] - c[None], axis=2)
+        joint = np.maximum(np.maximum(r[:, None], r[None]), 0.5 * (d + r[:, None] + r[None]))
+        # what merging adds to the cross-sections that photons are spent on
+        cost = joint**2 - r[:, None] ** 2 - r[None] ** 2
+        cost[np.tril_indices(len(r))] = np.inf
+        a, b = np.unravel_index(np.argmin(cost), cost.shape)
+        if cost[a, b] > 0.0 and len(spheres) <= limit:
+            break
+        spheres[a] = _enclose(spheres[a], spheres[b])
+        del spheres[b]
+    return np.array([s[0] for s in spheres], np.float64).reshape(-1, 3), np.array([s[1] for s in spheres], np.float64)
+
+
+def _halve(center: np.ndarray, radius: np.ndarray, limit: int) -> list[tuple[np.ndarray, float]]:
+    """Enclosing spheres of at most `limit` groups, split at medians: quick for thousands of spheres."""
+    if len(radius) <= 1 or limit <= 1:
+        group = None
+        for sphere in zip(center, radius, strict=True):
+            group = sphere if group is None else _enclose(group, sphere)
+        return [] if group is None else [group]
+    if len(radius) <= limit:
+        return list(zip(center, radius, strict=True))
+    order = np.argsort(center[:, np.argmax(np.ptp(center, axis=0))])
+    half = len(order) // 2
+    parts = (order[:half], order[half:])
+    return [sphere for part in parts for sphere in _halve(center[part], radius[part], limit // 2)]
+
+
+def _enclose(a: tuple, b: tuple) -> tuple[np.ndarray, float]:
+    """Smallest sphere around two spheres (center, radius)."""
+    d = float(np.linalg.norm(b[0] - a[0]))
+    if d + b[1] <= a[1]:
+        return a
+    if d + a[1] <= b[1]:
+        return b
+    r = 0.5 * (d + a[1] + b[1])
+    return a[0] + (b[0] - a[0]) * ((r - a[1]) / d), r * (1.0 + 1e-12)
+
+
+@kernel
+def emit_aimed(lights, targets, l, u_pick, u0, u1, u2, u3):
+    """A photon of light l aimed at one of the targets: (o, d, phi) as `emit_photon`.
+
+    phi holds 1 / (the mixture's density over all targets), so that among the photons that hit any target the flux is
+    that of `emit_photon`. phi = black: nothing leaves that way.
+    """
+    c, _, _ = pick(targets.pick[l], u_pick)
+    kind = lights.kind[l]
+    if kind == MESH:
+        return _aimed_mesh(lights, targets, l, c, u0, u1, u2, u3)
+    if kind == AREA:
+        return _aimed_area(lights, targets, l, c, u0, u1, u2, u3)
+    center = load3(targets.center, c)
+    radius = targets.radius[c]
+    if kind == SUN or kind == WORLD:
+        x, d = distant_line(lights, l, center, radius, u0, u1, u2, u3)
+        _, solid_angle = distant_direction(lights, l, 0.5, 0.5)
+        gain = solid_angle / disk_mixture(targets, l, x, d)
+        return from_outside(lights, x, d), d, scale(load3(lights.radiance, l), gain)
+    x, d = round_line(lights, l, center, radius, u0, u1, u2, u3)
+    r = sub(load3(lights.position, l), x)
+    o = madd(x, dot(r, d), d)
+    off = sub(o, load3(lights.position, l))
+    gain = spot_falloff(lights, l, d)
+    if gain == 0.0 or dot(off, off) > lights.size[l, 0] * lights.size[l, 0]:
+        return o, d, BLACK
+    gain /= round_mixture(lights, targets, l, o, d)
+    return round_surface(lights, l, o, d), d, scale(load3(lights.radiance, l), gain)
+
+
+@kernel
+def share(targets, l, c):
+    """Probability with which a photon of light l is aimed at target c."""
+    return targets.pick[l, c] - (targets.pick[l, c - 1] if c > 0 else 0.0)
+
+
+@kernel
+def cone_mixture(targets, l, o, d):
+    """Density [1/sr] of direction d from o over all targets of light l."""
+    total = 0.0
+    for c in range(targets.radius.shape[0]):
+        total += share(targets, l, c) * toward_pdf_w(o, load3(targets.center, c), targets.radius[c], d)
+    return total
+
+
+@kernel
+def disk_mixture(targets, l, x, d):
+    """Density [1/m^2] of the line (x, d) over the disks of all targets of light l."""
+    total = 0.0
+    for c in range(targets.radius.shape[0]):
+        total += share(targets, l, c) * disk_line_pdf(load3(targets.center, c), targets.radius[c], x, d)
+    return total
+
+
+@kernel
+def round_mixture(lights, targets, l, x, d):
+    """Density of the line (x, d) of a point or spot lamp over all targets, as `aim.round_line_pdf`."""
+    total = 0.0
+    for c in range(targets.radius.shape[0]):
+        total += share(targets, l, c) * round_line_pdf(lights, l, load3(targets.center, c), targets.radius[c], x, d)
+    return total
+
+
+@kernel
+def _aimed_area(lights, targets, l, c, u0, u1, u2, u3):
+    """From a uniform point of the lamp into the cone of target c; parallel rays through the target's disk."""
+    center = load3(targets.center, c)
+    radius = targets.radius[c]
+    normal = load3(lights.normal, l)
+    radiance = load3(lights.radiance, l)
+    if lights.flags[l] & DELTA:
+        x, y = square_to_disk(u0, u1)
+        a, b, height = area_local(lights, l, center)
+        a += radius * x
+        b += radius * y
+        o = area_point(lights, l, a, b)
+        if height + radius < 0.0 or not area_inside(lights, l, a, b):
+            return o, normal, BLACK
+        return o, normal, scale(radiance, 1.0 / disk_mixture(targets, l, o, normal))
+    o = area_origin(lights, l, u0, u1)
+    d = toward(o, center, radius, u2, u3)
+    cosine = dot(normal, d)
+    gain = area_gain(lights, l, cosine)
+    if gain == 0.0:
+        return o, d, BLACK
+    return o, d, scale(radiance, gain * cosine * lights.size[l, 2] / cone_mixture(targets, l, o, d))
+
+
+@kernel
+def _aimed_mesh(lights, targets, l, c, u0, u1, u2, u3):
+    """From a point of the emissive triangles, by flux, into the cone of target c; both sides radiate."""
+    m, o, normal, density = mesh_origin(lights, u0, u1)
+    d = toward(o, load3(targets.center, c), targets.radius[c], u2, u3)
+    gain = abs(dot(normal, d)) / (density * cone_mixture(targets, l, o, d))
+    return o, d, scale(load3(lights.tri_radiance, m), gain)
+
+
+@kernel
+def estimate_flux(lights, targets, numbers, flux):
+    """Luminance of each light's flux into the cone of each target -> flux (L, C); numbers (n, 4) in [0, 1)."""
+    n = numbers.shape[0]
+    count = targets.radius.shape[0]
+    for l in range(lights.kind.shape[0]):
+        for c in range(count):
+            # aim at c; the mixture's density with even shares is undone below, so that overlaps are shared out
+            u_pick = (c + 0.5) / count
+            total = 0.0
+            for i in range(n):
+                u0, u1, u2, u3 = numbers[i, 0], numbers[i, 1], numbers[i, 2], numbers[i, 3]
+                _, _, phi = emit_aimed(lights, targets, l, u_pick, u0, u1, u2, u3)
+                total += abs(luminance(phi))
+            flux[l, c] = total / (n * count)
