@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
-from ..bsdf.layout import CLASS_NULL, CLASS_ROUGH, CLASS_SHARP
-from ..bsdf.surface import emission, eval_rough, prepare, sample
+from ..bsdf.layout import CLASS_NULL, CLASS_ROUGH
+from ..bsdf.surface import eval_rough, prepare, sample
 from ..geometry.surface import offset_origin, surface_point
 from ..jit import kernel
-from ..lights.sample import emitter_pdf_w, lamps_along_ray, sample_light, world_pdf_w, world_radiance
+from ..lights.sample import sample_light
 from ..sampling.mis import power_heuristic
 from ..sampling.rng import uniform
 from ..vec import dot, load3, max3, scale, store3
 from .eye_kernels import add3
 from .lobes import keep_narrow
-from .photon_kernels import choose_class
 
 DIRECT_DIMENSION = 4096  # random numbers of direct light and gathering come after those of the eye path
 SECOND_DIMENSION = 8192
@@ -43,6 +41,7 @@ class SecondPaths(NamedTuple):
     gather: np.ndarray  # (n, 3) f32, throughput for the final gather: the lobes that gather
     pdf_w: np.ndarray  # (n,) f32, of the direction at the visible point
     origin: np.ndarray  # (n, 3) f32, the visible point, for the densities of lights
+    normal: np.ndarray  # (n, 3) f32, its shading normal on the side that is seen
     key: np.ndarray  # (n,) u64
     pixel: np.ndarray  # (n,) i32
     bare: np.ndarray  # (n,) bool, only straight passes so far: what it meets is direct light
@@ -59,8 +58,14 @@ def empty_shadow_rays(n: int) -> ShadowRays:
 def empty_second_paths(n: int) -> SecondPaths:
     """Room for n secondary paths."""
     f3 = [np.empty((n, 3), np.float32) for _ in range(4)]
-    return SecondPaths(*f3, np.empty(n, np.float32), np.empty((n, 3), np.float32), np.empty(n, np.uint64),
-                       np.empty(n, np.int32), np.ones(n, bool))
+    return SecondPaths(*f3, np.empty(n, np.float32), np.empty((n, 3), np.float32), np.empty((n, 3), np.float32),
+                       np.empty(n, np.uint64), np.empty(n, np.int32), np.ones(n, bool))
+
+
+@kernel
+def facing(ns, ng, wo):
+    """The shading normal on the side from which the surface is seen."""
+    return ns if dot(wo, ng) >= 0.0 else scale(ns, -1.0)
 
 
 @kernel
@@ -79,10 +84,12 @@ def sample_lights(laws, lights, surfaces, points, j, samples, mis, rays):
         dim = DIRECT_DIMENSION + 4 * j
         # one random number, stratified over the samples
         u_select = (j + uniform(key, DIRECT_DIMENSION - 1)) / samples
-        wi, distance, le, pdf_w, is_delta = sample_light(lights, p, u_select, uniform(key, dim), uniform(key, dim + 1))
-        if pdf_w <= 0.0 or max3(le) <= 0.0:
-            continue
         wo = load3(points.wo, m)
+        wi, distance, le, pdf_w, is_delta = sample_light(
+            lights, p, facing(ns, ng, wo), u_select, uniform(key, dim), uniform(key, dim + 1)
+        )
+        if max3(le) <= 0.0:
+            continue
         row = surfaces.row[i]
         prepare(rows, row, ns, ng, wo, laws.threshold, scratch)
         f, lobe_pdf_w = eval_rough(rows, row, ns, ng, wo, wi, scratch)
@@ -191,6 +198,7 @@ def sample_lobes(laws, surfaces, points, gathers, paths):
         store3(paths.gather, count, gather)
         paths.pdf_w[count] = pdf_w
         store3(paths.origin, count, p)
+        store3(paths.normal, count, facing(ns, ng, wo))
         paths.key[count] = key
         paths.pixel[count] = points.pixel[m]
         paths.bare[count] = True

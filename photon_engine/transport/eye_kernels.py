@@ -12,9 +12,9 @@ from ..bsdf.surface import emission, prepare, sample
 from ..camera.rays import generate_ray
 from ..geometry.surface import offset_origin, surface_point
 from ..jit import kernel
-from ..lights.sample import lamps_along_ray, world_radiance
+from ..lights.sample import lamps_along_ray, suns_along_ray, world_radiance
 from ..sampling.rng import DIMENSIONS_PER_BOUNCE, path_key, uniform
-from ..vec import dot, load3, madd, max3, scale, store3
+from ..vec import add, dot, load3, madd, max3, scale, store3
 from .photon_kernels import choose_class
 
 
@@ -177,7 +177,9 @@ def eye_step(laws, rules, lights, surfaces, paths, bounce, points, tile):
         prim = surfaces.prim[i]
         bare = paths.bare[i]
         t = float(surfaces.t[i]) if prim >= 0 else math.inf
-        lamp = lamps_along_ray(lights, o, d, t, 0.0, 0, 1 if bare else 0)
+        lamp = lamps_along_ray(lights, o, d, t, o, 0.0, 0, 1 if bare else 0)
+        if prim < 0:
+            lamp = add(lamp, suns_along_ray(lights, d, o, 0.0, 0, 1 if bare else 0))
         add3(tile.emission, pixel, (beta[0] * lamp[0], beta[1] * lamp[1], beta[2] * lamp[2]))
         if prim < 0:
             _escape(lights, rules, beta, d, bare, pixel, tile)

@@ -12,7 +12,7 @@ from ..geometry.flatten import Geometry
 from ..geometry.surface import offset_origin, surface_point
 from ..jit import kernel
 from ..lights.emit import emit_photon
-from ..lights.sample import pick_index
+from ..lights.select import pick
 from ..lights.targets import emit_aimed
 from ..photons.batch import MAX_ROUGH, ONE_ROUGH, SEEN_SHARP
 from ..photons.packing import pack_direction
@@ -52,7 +52,7 @@ def emit_everywhere(lights, key, first, total, photons, tally):
     """Photons `first` onward of `total`, from all lights by their power."""
     for i in range(len(photons.key)):
         k = path_key(key, first + i)
-        light, p_light = pick_index(lights.photon_cdf, uniform(k, 0))
+        light, p_light, _ = pick(lights.photon_cdf, uniform(k, 0))
         o, d, phi = emit_photon(lights, light, uniform(k, 1), uniform(k, 2), uniform(k, 3), uniform(k, 4))
         _launch(photons, i, k, o, d, scale(phi, 1.0 / (p_light * total)), tally)
 
@@ -62,7 +62,7 @@ def emit_at_targets(lights, targets, key, first, total, photons, tally):
     """Photons `first` onward of `total`, aimed at the specular objects."""
     for i in range(len(photons.key)):
         k = path_key(key, first + i)
-        light, p_light = pick_index(targets.aimed_cdf, uniform(k, 0))
+        light, p_light, _ = pick(targets.aimed_cdf, uniform(k, 0))
         o, d, phi = emit_aimed(
             lights, targets, light, uniform(k, 5), uniform(k, 1), uniform(k, 2), uniform(k, 3), uniform(k, 4)
         )

@@ -1,4 +1,7 @@
-"""One scene, rendered pass by pass. A pass depends on (seed, number) alone."""
+"""One scene, rendered pass by pass. A pass depends on (seed, number) alone.
+
+Pass 0 is the first; the pilot has numbers of its own.
+"""
 
 from __future__ import annotations
 
@@ -51,8 +54,8 @@ class Renderer:
         self._count("pilot", start)
 
     def render_pass(self, i: int, cancelled: Callable[[], bool]) -> dict[str, np.ndarray] | None:
-        """Pass i = 1, 2, ...: float32 pictures (h, w, channels), bottom row first; None when cancelled."""
-        factor = radius_factor(i, self.settings.alpha)
+        """Pass i = 0, 1, ...: float32 pictures (h, w, channels), bottom row first; None when cancelled."""
+        factor = radius_factor(i + 1, self.settings.alpha)
         caustic_radius = Radius(self.settings.caustic_radius * factor, self.pilot.caustic_bound * factor)
         diffuse_radius = Radius(self.settings.diffuse_radius * factor, self.pilot.diffuse_bound * factor)
         maps = self._maps(i, caustic_radius, diffuse_radius, cancelled)

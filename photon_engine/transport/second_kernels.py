@@ -6,14 +6,14 @@ import math
 
 import numpy as np
 
-from ..bsdf.layout import CLASS_NULL, CLASS_ROUGH, CLASS_SHARP
+from ..bsdf.layout import CLASS_NULL, CLASS_ROUGH
 from ..bsdf.surface import emission, prepare, sample
 from ..geometry.surface import offset_origin, surface_point
 from ..jit import kernel
-from ..lights.sample import emitter_pdf_w, lamps_along_ray, world_pdf_w, world_radiance
+from ..lights.sample import emitter_pdf_w, lamps_along_ray, suns_along_ray, world_pdf_w, world_radiance
 from ..sampling.mis import power_heuristic
 from ..sampling.rng import DIMENSIONS_PER_BOUNCE, uniform
-from ..vec import dot, length, load3, max3, scale, store3, sub
+from ..vec import add, dot, length, load3, max3, scale, store3, sub
 from .direct_kernels import SECOND_DIMENSION
 from .eye_kernels import add3
 from .photon_kernels import choose_class
@@ -24,11 +24,13 @@ def _met_lights(lights, paths, i, t, samples):
     """Lamps before t, and the world when t is infinite, with their MIS weights."""
     o, d = load3(paths.o, i), load3(paths.d, i)
     pdf_w = float(paths.pdf_w[i]) / samples
-    light = lamps_along_ray(lights, o, d, t, load3(paths.origin, i), pdf_w, 1, 0)
+    origin = load3(paths.origin, i)
+    light = lamps_along_ray(lights, o, d, t, origin, pdf_w, 1, 0)
     if t < math.inf:
         return light
+    light = add(light, suns_along_ray(lights, d, origin, pdf_w, 1, 0))
     world = world_radiance(lights, d)
-    w = power_heuristic(pdf_w, world_pdf_w(lights, d))
+    w = power_heuristic(pdf_w, world_pdf_w(lights, origin, load3(paths.normal, i), d))
     return (light[0] + w * world[0], light[1] + w * world[1], light[2] + w * world[2])
 
 
@@ -62,8 +64,8 @@ def second_step(laws, lights, surfaces, paths, bounce, samples, landings, direct
         if bare:
             le = emission(rows, row, scratch)
             if max3(le) > 0.0:
-                distance = length(sub(p, load3(paths.origin, i)))
-                pdf_w = emitter_pdf_w(lights, prim, distance, abs(dot(wo, ng)))
+                origin = load3(paths.origin, i)
+                pdf_w = emitter_pdf_w(lights, prim, origin, length(sub(p, origin)), dot(wo, ng))
                 w = power_heuristic(float(paths.pdf_w[i]) / samples, pdf_w)
                 add3(direct, pixel, (beta[0] * le[0] * w, beta[1] * le[1] * w, beta[2] * le[2] * w))
         gather = load3(paths.gather, i)
@@ -98,6 +100,7 @@ def second_step(laws, lights, surfaces, paths, bounce, samples, landings, direct
         store3(paths.gather, alive, gather)
         paths.pdf_w[alive] = paths.pdf_w[i]
         store3(paths.origin, alive, load3(paths.origin, i))
+        store3(paths.normal, alive, load3(paths.normal, i))
         paths.key[alive] = key
         paths.pixel[alive] = pixel
         paths.bare[alive] = bare and cls == CLASS_NULL
