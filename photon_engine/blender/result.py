@@ -1,0 +1,113 @@
+"""Pictures into Blender's render result, and what a render told while it ran."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import bpy
+import numpy as np
+
+from ..driver.listener import Listener, Progress
+from ..film.accumulate import Film
+from ..film.passes import BY_NAME
+from ..issues import Issue, IssueLog, Severity
+from ..scene.data import Frame
+
+FIRST_INTERVAL = 0.5  # [s] between pictures shown while rendering
+INTERVAL_SHARE = 0.1  # of the time spent so far, so that showing never costs much
+
+_last_issues: list[Issue] = []  # of the last final render, for the panel
+
+
+def last_issues() -> list[Issue]:
+    """What the last final render of this session told."""
+    return list(_last_issues)
+
+
+def remember(issues: IssueLog) -> None:
+    """Keep a render's issues for the panel."""
+    _last_issues[:] = list(issues)
+
+
+def report(engine: bpy.types.RenderEngine, issues: IssueLog) -> None:
+    """Show warnings and remarks to the user, each once."""
+    levels = {Severity.INFO: {"INFO"}, Severity.WARNING: {"WARNING"}, Severity.ERROR: {"WARNING"}}
+    for issue in issues:
+        engine.report(levels[issue.severity], str(issue))
+
+
+def picture_size(render: bpy.types.RenderSettings) -> tuple[int, int]:
+    """Width and height of what a result holds: the frame, or its border [px], as Blender rounds them."""
+    width = render.resolution_x * render.resolution_percentage // 100
+    height = render.resolution_y * render.resolution_percentage // 100
+    if not render.use_border:
+        return width, height
+    x0, x1 = int(render.border_min_x * width), int(render.border_max_x * width)
+    y0, y1 = int(render.border_min_y * height), int(render.border_max_y * height)
+    return max(x1 - x0, 1), max(y1 - y0, 1)
+
+
+def write_film(engine: bpy.types.RenderEngine, film: Film, layer: str) -> None:
+    """Put the film's pictures into the result of a view layer, and merge it."""
+    result = engine.begin_result(0, 0, film.width, film.height, layer=layer)
+    for target in result.layers[0].passes:
+        if target.name in BY_NAME:
+            target.rect.foreach_set(film.picture(target.name).ravel())
+    engine.end_result(result)
+
+
+def write_black(engine: bpy.types.RenderEngine, size: tuple[int, int], layer: str) -> None:
+    """A merged black result: without one, saving a multilayer EXR crashes Blender (4.5 to 5.2)."""
+    result = engine.begin_result(0, 0, *size, layer=layer)
+    for target in result.layers[0].passes:
+        target.rect.foreach_set(np.zeros(size[0] * size[1] * target.channels, np.float32))
+    engine.end_result(result)
+
+
+class EngineListener(Listener):
+    """Tells Blender how a render goes, and asks it whether to stop."""
+
+    def __init__(self, engine: bpy.types.RenderEngine, layer: str, show: bool) -> None:
+        self.engine = engine
+        self.layer = layer
+        self.show = show  # whether someone sees pictures before the last one
+        self.begin = time.monotonic()
+        self.shown = self.begin
+        self.wrote = False
+
+    def cancelled(self) -> bool:
+        """Whether Esc was pressed."""
+        return self.engine.test_break()
+
+    def stage(self, text: str) -> None:
+        """Show the stage in the header."""
+        self.engine.update_stats("", text)
+
+    def progress(self, progress: Progress) -> None:
+        """Show progress and memory."""
+        self.engine.update_progress(progress.fraction)
+        self.engine.update_stats("", str(progress))
+        self.engine.update_memory_stats(memory_used=progress.memory, memory_peak=progress.memory_peak)
+
+    def picture(self, film: Film, final: bool) -> None:
+        """Show the picture so far, not too often, and the final one always."""
+        now = time.monotonic()
+        interval = max(FIRST_INTERVAL, INTERVAL_SHARE * (now - self.begin))
+        if not final and not (self.show and now - self.shown >= interval):
+            return
+        write_film(self.engine, film, self.layer)
+        self.wrote = True
+        self.shown = time.monotonic()
+
+
+def frame_size(frame: Frame) -> tuple[int, int]:
+    """Width and height of the part of a frame that is rendered [px]."""
+    return frame.x1 - frame.x0, frame.y1 - frame.y0
+
+
+def size_mismatch(frame: Frame, render: Any) -> str:
+    """In words, when extraction and Blender do not agree on the size of the result; else empty."""
+    if frame_size(frame) == picture_size(render):
+        return ""
+    return f"extracted {frame_size(frame)}, Blender expects {picture_size(render)}"

@@ -1,0 +1,282 @@
+"""The command line: render, info, merge.
+
+Exit codes: 0 done; 1 an unexpected error (a bug); 2 wrong usage; 3 the scene or another input cannot be rendered;
+4 the output cannot be written; 130 cancelled, what was rendered is kept.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+import logging
+import sys
+import traceback
+from pathlib import Path
+from typing import NamedTuple
+
+from .driver.checks import check_scene
+from .driver.console import Console, ConsoleHandler, interruptible
+from .driver.listener import clock
+from .driver.log import issue_records, run_record, write_json
+from .driver.session import Session
+from .film.accumulate import Film
+from .film.output import OutputError, check_writable
+from .film.passes import PASSES, in_full_frame
+from .issues import IssueLog, RenderError, StopReason, log
+from .scene.data import Frame, SceneData
+from .settings import FIELDS, Settings, parse_value
+
+OK, UNEXPECTED, USAGE, BAD_INPUT, BAD_OUTPUT, CANCELLED = 0, 1, 2, 3, 4, 130
+
+
+class UsageError(Exception):
+    """The command line is wrong."""
+
+
+class Loaded(NamedTuple):
+    """What was asked to be rendered."""
+
+    scene: SceneData
+    settings: dict  # stored in the .blend, by name; flags override them
+    layer: str  # the view layer's name
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run a command; returns the exit code. Never raises, never shows a traceback without a message."""
+    arguments = parser().parse_args(argv)  # exits with 2 on wrong usage
+    console = Console(quiet=getattr(arguments, "quiet", False))
+    handler = ConsoleHandler(console)
+    log.addHandler(handler)
+    log.propagate = False
+    log.setLevel(logging.INFO)
+    try:
+        return arguments.run(arguments, console)
+    except UsageError as error:
+        return _fail(console, str(error), USAGE)
+    except OutputError as error:
+        return _fail(console, str(error), BAD_OUTPUT)
+    except RenderError as error:
+        return _fail(console, str(error), BAD_INPUT)
+    except KeyboardInterrupt:
+        return _fail(console, "broken off, nothing kept", CANCELLED)
+    except MemoryError:
+        return _fail(console, "out of memory (fewer photons, a smaller resolution, or smaller textures)", UNEXPECTED)
+    except Exception as error:
+        notes = "".join(f", {note}" for note in getattr(error, "__notes__", ()))
+        traceback.print_exc(file=console.stream)
+        text = f"unexpected {type(error).__name__}: {error}{notes} (a bug: please report it)"
+        return _fail(console, text, UNEXPECTED)
+    finally:
+        console.close()
+        log.removeHandler(handler)
+
+
+def _fail(console: Console, text: str, code: int) -> int:
+    """Say what went wrong."""
+    console.say(f"error: {text}")
+    return code
+
+
+def parser() -> argparse.ArgumentParser:
+    """All commands and flags."""
+    root = argparse.ArgumentParser(
+        prog="photon_engine", description="Photon Map: renders Blender scenes by photon mapping", epilog=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )  # fmt: skip
+    commands = root.add_subparsers(required=True, metavar="COMMAND")
+    render = commands.add_parser("render", help="render a .blend, or a saved scene (.npz)", epilog=settings_help(),
+                                 formatter_class=argparse.RawDescriptionHelpFormatter)  # fmt: skip
+    _scene_arguments(render)
+    render.add_argument("-o", "--output", metavar="OUT.exr", help="multilayer EXR (default: the scene's name, here)")
+    render.add_argument("--no-sheet", action="store_true", help="do not write the PNG sheet OUT.png")
+    render.add_argument("--passes", metavar="N", help="stop after N passes")
+    render.add_argument("--seconds", metavar="S", help="stop after S seconds (both: whichever is first)")
+    render.add_argument("--seed", metavar="K", help="another seed, another noise")
+    render.add_argument("--threads", metavar="N", help="worker threads, 0: one for each core")
+    render.add_argument("--first", type=int, default=0, metavar="I", help="number of the first pass, to merge later")
+    render.add_argument("--log", metavar="RUN.json", help="write what was done, and how fast")
+    render.add_argument("--state", metavar="FILE.npz", help="write the film's sums, to go on or merge")
+    render.add_argument("--resume", metavar="FILE.npz", help="go on with a film saved by --state")
+    render.add_argument("-q", "--quiet", action="store_true", help="no progress")
+    render.set_defaults(run=run_render)
+    info = commands.add_parser("info", help="what a scene holds, what will run, what is not supported")
+    _scene_arguments(info)
+    info.add_argument("--json", action="store_true", help="as JSON")
+    info.set_defaults(run=run_info)
+    merge = commands.add_parser("merge", help="merge films saved by render --state")
+    merge.add_argument("films", nargs="+", metavar="FILE.npz")
+    merge.add_argument("-o", "--output", required=True, metavar="OUT", help="OUT.exr, or OUT.npz for another film")
+    merge.add_argument("--no-sheet", action="store_true", help="do not write the PNG sheet")
+    merge.set_defaults(run=run_merge)
+    return root
+
+
+def _scene_arguments(command: argparse.ArgumentParser) -> None:
+    """Flags that choose what of a file is looked at."""
+    command.add_argument("scene", metavar="SCENE", help=".blend, or .npz saved from one")
+    command.add_argument("--frame", type=int, metavar="N", help="frame (default: the file's current one)")
+    command.add_argument("--camera", metavar="NAME", help="camera object (default: the scene's)")
+    command.add_argument("--view-layer", metavar="NAME", help="view layer (default: the file's active one)")
+    command.add_argument("--resolution", type=_resolution, metavar="WxH", help="in pixels (default: the scene's)")
+    command.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="any setting, see below")
+
+
+def settings_help() -> str:
+    """The settings that --set knows."""
+    lines = ["settings for --set, with their defaults:"]
+    for item in FIELDS.values():
+        lines.append(f"  {item.name}={item.default if item.name != 'alpha' else '0.667'}  {item.metadata['text']}")
+    return "\n".join(lines)
+
+
+def _resolution(text: str) -> tuple[int, int]:
+    """`WxH` as two numbers above 0."""
+    try:
+        width, height = (int(part) for part in text.lower().split("x"))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"'{text}' is not WIDTHxHEIGHT") from None
+    if width < 1 or height < 1:
+        raise argparse.ArgumentTypeError(f"'{text}' has no pixels: both must be above 0")
+    return width, height
+
+
+def flag_settings(arguments: argparse.Namespace) -> dict:
+    """Settings given as flags: name -> value; a UsageError names the wrong one.
+
+    One of --passes and --seconds lifts the other's limit that a file may hold.
+    """
+    texts = {}
+    for pair in arguments.set:
+        name, equals, value = pair.partition("=")
+        if not equals:
+            raise UsageError(f"--set {pair}: there is no '=' (write --set NAME=VALUE)")
+        texts[name.strip()] = value.strip()
+    for name in ("passes", "seconds", "seed", "threads"):
+        if getattr(arguments, name, None) is not None:
+            texts[name] = getattr(arguments, name)
+    if ("passes" in texts) != ("seconds" in texts):
+        texts["seconds" if "passes" in texts else "passes"] = "0"
+    try:
+        values = {name: parse_value(name, text) for name, text in texts.items()}
+        Settings(**values)
+    except RenderError as error:
+        raise UsageError(str(error)) from None
+    return values
+
+
+def load(arguments: argparse.Namespace, issues: IssueLog) -> Loaded:
+    """The scene of the command line, from a .blend (by bpy) or saved."""
+    path = Path(arguments.scene)
+    if not path.is_file():
+        raise RenderError(str(path), "is a folder" if path.is_dir() else "no such file", "check the path")
+    if path.suffix.lower() == ".npz":
+        return _load_saved(path, arguments)
+    try:
+        from .blender import load as blender_load
+    except ImportError as error:
+        if error.name != "bpy":
+            raise
+        raise RenderError(
+            str(path), "Blender as a module (bpy) is not installed, .blend files cannot be read",
+            "pip install bpy, or give a scene saved as .npz",
+        ) from None  # fmt: skip
+    options = blender_load.Options(arguments.frame, arguments.camera, arguments.view_layer, arguments.resolution)
+    return Loaded(*blender_load.load_blend(path, options, issues))
+
+
+def _load_saved(path: Path, arguments: argparse.Namespace) -> Loaded:
+    """A scene saved without Blender; what chooses within a .blend has no meaning for it."""
+    from .scene.io import load_scene
+
+    for name in ("frame", "camera", "view_layer", "resolution"):
+        if getattr(arguments, name) is not None:
+            raise UsageError(f"--{name.replace('_', '-')}: a saved scene holds one picture only")
+    return Loaded(load_scene(path), {}, "ViewLayer")
+
+
+def run_render(arguments: argparse.Namespace, console: Console) -> int:
+    """`render`: scene -> EXR, sheet, state, log."""
+    flags = flag_settings(arguments)
+    output = Path(arguments.output or f"{Path(arguments.scene).stem}.exr")
+    if output.suffix.lower() != ".exr":
+        raise UsageError(f"-o {output}: pictures are written as multilayer EXR, use the ending .exr")
+    sheet = None if arguments.no_sheet else output.with_suffix(".png")
+    for path in (output, sheet, arguments.state, arguments.log):
+        if path:
+            check_writable(path)
+    issues = IssueLog()
+    film = Film.load(arguments.resume) if arguments.resume else None
+    loaded = load(arguments, issues)
+    settings = Settings(**{**loaded.settings, **flags})
+    if film:
+        film.seed = settings.seed
+    session = Session(loaded.scene, settings, issues)
+    try:
+        with interruptible(console):
+            stop = session.render(console, film, arguments.first)
+    finally:  # after an error too: what was rendered is kept
+        _save(session, loaded, output, sheet, arguments)
+    if not session.film.count:
+        raise KeyboardInterrupt
+    console.say(f"{output}: {session.film.count} passes in {clock(session.film.meta['seconds'])}, {stop.value}")
+    return CANCELLED if stop is StopReason.CANCELLED else OK
+
+
+def _save(session: Session, loaded: Loaded, output: Path, sheet: Path | None, arguments: argparse.Namespace) -> None:
+    """Write all that was asked for, when there is a picture."""
+    film = session.film
+    if arguments.log and film:
+        write_json(arguments.log, run_record(session))
+    if not film or not film.count:
+        return
+    film.meta |= {"frame": dataclasses.asdict(loaded.scene.frame), "layer": loaded.layer}
+    if arguments.state:
+        film.save(arguments.state)
+    _write_pictures(film, output, sheet)
+
+
+def _write_pictures(film: Film, output: Path, sheet: Path | None) -> None:
+    """EXR and sheet of a film whose meta holds frame and layer."""
+    from .film.exr import write_exr, write_sheet
+
+    frame = Frame(**film.meta["frame"])
+    pictures = {item.name: in_full_frame(film.picture(item.name), frame) for item in PASSES}
+    meta = {name: film.meta[name] for name in ("scene", "settings", "seconds")}
+    write_exr(output, pictures, film.meta["layer"], meta | {"passes": film.count, "seed": film.seed,
+                                                            "blocks": film.blocks})  # fmt: skip
+    if sheet:
+        write_sheet(sheet, pictures)
+
+
+def run_merge(arguments: argparse.Namespace, console: Console) -> int:
+    """`merge`: several films -> one film or picture."""
+    output = Path(arguments.output)
+    if output.suffix.lower() not in (".exr", ".npz"):
+        raise UsageError(f"-o {output}: use the ending .exr or .npz")
+    check_writable(output)
+    film = Film.load(arguments.films[0])
+    for path in arguments.films[1:]:
+        film.merge(Film.load(path))
+    if output.suffix.lower() == ".npz":
+        film.save(output)
+    else:
+        _write_pictures(film, output, None if arguments.no_sheet else output.with_suffix(".png"))
+    console.say(f"{output}: {film.count} passes of {len(arguments.films)} films")
+    return OK
+
+
+def run_info(arguments: argparse.Namespace, console: Console) -> int:
+    """`info`: what the scene holds, what will run, what is not supported."""
+    flags = flag_settings(arguments)
+    issues = IssueLog()
+    log.setLevel(logging.CRITICAL)  # issues are part of the report
+    loaded = load(arguments, issues)
+    settings = Settings(**{**loaded.settings, **flags})
+    from .driver.summary import summarize, summary_text
+
+    check_scene(loaded.scene, issues)
+    record = summarize(loaded.scene, settings, issues)
+    text = json.dumps(record | {"issues": issue_records(issues)}, indent=2) if arguments.json else None
+    sys.stdout.write((text or summary_text(record, issues)) + "\n")
+    return OK

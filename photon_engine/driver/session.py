@@ -1,0 +1,159 @@
+"""One progressive render: passes until the budget is spent, kept whatever happens."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+from ..film.accumulate import Film
+from ..issues import IssueLog, RenderError, StopReason
+from ..scene.data import SceneData
+from ..settings import Settings
+from .checks import check_scene
+from .listener import Listener, Progress, memory, seconds_left
+
+# settings that say how long and how fast, not what: films that differ in these can be merged
+NOT_PICTURE = ("passes", "seconds", "seed", "threads")
+
+
+def default_renderer(scene: SceneData, settings: Settings, issues: IssueLog) -> Any:
+    """The photon mapper; imported when first needed, since it compiles kernels."""
+    from ..transport.renderer import Renderer
+
+    return Renderer(scene, settings, issues)
+
+
+class _CancelledEarly(Exception):
+    """Raised from a stage callback, to leave the preparation."""
+
+
+class Session:
+    """Renders a scene into a film.
+
+    After `render`: `film`, `stop`, `durations` (seconds of each pass), `stages` (seconds by name), `statistics`.
+    An exception leaves `film` with all passes that were finished.
+    """
+
+    def __init__(
+        self,
+        scene: SceneData,
+        settings: Settings,
+        issues: IssueLog,
+        renderer_factory: Callable[[SceneData, Settings, IssueLog], Any] = default_renderer,
+    ) -> None:
+        self.scene = scene
+        self.settings = settings
+        self.issues = issues
+        self.renderer_factory = renderer_factory
+        self.film: Film | None = None
+        self.stop: StopReason | None = None
+        self.durations: list[float] = []
+        self.stages: dict[str, float] = {}
+        self.statistics: dict[str, Any] = {}
+
+    def new_film(self, moments: bool = True) -> Film:
+        """An empty film of this scene and these settings."""
+        frame = self.scene.frame
+        film = Film(frame.y1 - frame.y0, frame.x1 - frame.x0, self.settings.seed, frame.exposure, moments)
+        picture_settings = {k: v for k, v in self.settings.to_dict().items() if k not in NOT_PICTURE}
+        film.meta = {
+            "scene": f"{self.scene.name}, frame {self.scene.frame_number}, {self.scene.camera.name}",
+            "settings": picture_settings,
+            "seconds": 0.0,
+        }
+        return film
+
+    def render(
+        self, listener: Listener | None = None, film: Film | None = None, first: int = 0, endless: bool = False
+    ) -> StopReason:
+        """Add passes to the film until a budget is spent or the listener cancels.
+
+        film : to go on with, or None for a new one;  first : lowest pass to render (those in the film are not repeated)
+        endless : whether a budget without limits is allowed (someone watches and can cancel)
+        The time budget counts passes only, not preparation; at least one pass is rendered.
+        """
+        if not (self.settings.passes or self.settings.seconds or endless):
+            raise RenderError("Budget", "neither passes nor seconds limit the render", "set one of them above 0")
+        check_scene(self.scene, self.issues)
+        listener = listener or Listener()
+        fresh = self.new_film() if film is None else film
+        if film is not None:
+            fresh._check_meta(self.new_film(moments=False))
+        self.film = fresh
+        renderer = self.renderer_factory(self.scene, self.settings, self.issues)
+        try:
+            self.stop = self._run(renderer, listener, max(first, self.film.next_pass))
+        finally:
+            self.statistics = dict(renderer.statistics)
+            renderer.close()
+        return self.stop
+
+    def _run(self, renderer: Any, listener: Listener, first: int) -> StopReason:
+        """Prepare, then pass after pass."""
+        try:
+            self._prepare(renderer, listener)
+        except _CancelledEarly:
+            return StopReason.CANCELLED
+        stop = None
+        while stop is None:
+            index = first + len(self.durations)
+            listener.stage(f"Pass {index + 1}")
+            begin = time.perf_counter()
+            try:
+                image = renderer.render_pass(index, listener.cancelled)
+                if image is None:
+                    stop = StopReason.CANCELLED
+                    break
+                self.film.add(index, image)
+            except Exception as error:
+                error.add_note(f"while rendering pass {index} of seed {self.settings.seed}")
+                raise
+            self.durations.append(time.perf_counter() - begin)
+            self.film.meta["seconds"] += self.durations[-1]
+            stop = StopReason.CANCELLED if listener.cancelled() else self._spent()
+            listener.progress(self.progress())
+            if stop is None:
+                listener.picture(self.film, final=False)
+        if self.film.count:
+            listener.picture(self.film, final=True)
+        return stop
+
+    def _prepare(self, renderer: Any, listener: Listener) -> None:
+        """Let the renderer build what it needs, timing each stage it names."""
+        names = ["Preparing"]
+        since = [time.perf_counter()]
+
+        def end_stage() -> None:
+            now = time.perf_counter()
+            self.stages[names[-1]] = self.stages.get(names[-1], 0.0) + now - since[-1]
+            since.append(now)
+
+        def stage(text: str) -> None:
+            end_stage()
+            names.append(text)
+            listener.stage(text)
+            if listener.cancelled():
+                raise _CancelledEarly
+
+        stage("Preparing")
+        renderer.prepare(stage)
+        end_stage()
+
+    def _spent(self) -> StopReason | None:
+        """Which budget is used up, if any."""
+        if self.settings.passes and len(self.durations) >= self.settings.passes:
+            return StopReason.PASSES
+        if self.settings.seconds and sum(self.durations) >= self.settings.seconds:
+            return StopReason.SECONDS
+        return None
+
+    def progress(self) -> Progress:
+        """Where the render is now."""
+        total, limit = self.settings.passes, self.settings.seconds
+        done, elapsed = len(self.durations), sum(self.durations)
+        left = seconds_left(self.durations, total, limit)
+        fractions = [done / total] if total else []
+        fractions += [elapsed / limit] if limit else []
+        fraction = min(max(fractions, default=0.0), 1.0)
+        return Progress(done, total, elapsed, left, fraction, *memory())

@@ -1,0 +1,193 @@
+"""The film: means over the passes of the progressive loop, their variance, and merging.
+
+First and second moments are kept as plain sums in double. A pass holds float32 values (24 bits), so a sum of N of them
+is exact in double as long as their sizes differ by less than 2^29 / N: passes [0, 4) merged with [4, 8) give the bits
+of [0, 8). The same choice makes M2 = sum x^2 - (sum x)^2 / n wrong by about 2^-53 of the squared mean, a standard
+deviation of 1e-8 of the mean: below the rounding of the float32 values that went in, hence no Welford update.
+"""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from pathlib import Path
+
+import numpy as np
+
+from ..issues import RenderError
+from .output import OutputError, check_writable
+from .passes import BACKGROUND_DEPTH, BY_NAME, LIGHT_NAMES, RAW
+
+FORMAT = 1
+
+
+class Film:
+    """Sums over passes of one picture, bottom row first.
+
+    height, width : of the pictures [px];  seed : of the passes added;  exposure : multiplies light when read, not
+    in the sums;  moments : keep sums of squares of the light passes and Combined, for error bars (doubles the memory).
+    """
+
+    def __init__(self, height: int, width: int, seed: int = 0, exposure: float = 1.0, moments: bool = True) -> None:
+        self.height = height
+        self.width = width
+        self.seed = seed
+        self.exposure = exposure
+        self.moments = moments
+        self.blocks: list[tuple[int, int, int]] = []  # (seed, first pass, end) of what is in, sorted, disjoint
+        self.sums = {name: np.zeros((height, width, c)) for name, c in RAW.items() if name != "Depth"}
+        self.squares = {name: np.zeros((height, width, 3)) for name in (*LIGHT_NAMES, "Combined")} if moments else {}
+        self.depth = np.full((height, width, 1), np.float32(BACKGROUND_DEPTH))
+        self.depth_block = (2**63, 2**63)  # (pass, seed) that the depth is of: the lowest wins, whatever the order
+        self.meta: dict = {}  # what rendered it (settings, scene name), saved along
+
+    @property
+    def count(self) -> int:
+        """How many passes are in."""
+        return sum(end - start for _, start, end in self.blocks)
+
+    @property
+    def next_pass(self) -> int:
+        """The first pass of this seed that comes after all that are in."""
+        return max((end for seed, _, end in self.blocks if seed == self.seed), default=0)
+
+    def add(self, index: int, image: dict[str, np.ndarray]) -> None:
+        """Add pass `index` of this film's seed.
+
+        image : name -> (h, w, c) f32 for every name in passes.RAW
+        A value that is not a number is a bug in the transport and raises FloatingPointError, naming pass and pixel; the
+        film is then as before.
+        """
+        blocks = _united([*self.blocks, (self.seed, index, index + 1)])
+        for name, channels in RAW.items():
+            self._check(name, channels, image[name])
+        for name, total in self.sums.items():
+            total += image[name]
+        if self.moments:
+            combined = np.zeros((self.height, self.width, 3))
+            for name in LIGHT_NAMES:
+                value = image[name].astype(np.float64)
+                combined += value
+                self.squares[name] += value * value
+            self.squares["Combined"] += combined * combined
+        if (index, self.seed) < self.depth_block:
+            self.depth_block = (index, self.seed)
+            self.depth = np.minimum(image["Depth"], np.float32(BACKGROUND_DEPTH))
+        self.blocks = blocks
+
+    def _check(self, name: str, channels: int, values: np.ndarray) -> None:
+        """Raise when a pass has the wrong shape or holds a NaN or (but for Depth) an infinity."""
+        expected = (self.height, self.width, channels)
+        if values.shape != expected or values.dtype != np.float32:
+            raise ValueError(f"{name} is {values.dtype} {values.shape}, expected float32 {expected}")
+        bad = np.isnan(values) if name == "Depth" else ~np.isfinite(values)
+        if bad.any():
+            y, x, _ = np.argwhere(bad)[0]
+            raise FloatingPointError(f"{name} has {int(bad.sum())} values that are not finite, first at x={x}, y={y}")
+
+    def merge(self, other: Film) -> None:
+        """Take in another film's passes, of the same picture; each pass may be in only one of them."""
+        if (other.height, other.width, other.exposure) != (self.height, self.width, self.exposure):
+            raise RenderError("merge", "the films differ in size or exposure", "render both with the same settings")
+        self._check_meta(other)
+        blocks = _united([*self.blocks, *other.blocks])
+        if self.moments and other.count and not other.moments:
+            raise RenderError("merge", "one film has no variance", "save it again from a render with variance")
+        for name, total in self.sums.items():
+            total += other.sums[name]
+        for name, total in self.squares.items():
+            total += other.squares[name]
+        if other.depth_block < self.depth_block:
+            self.depth_block, self.depth = other.depth_block, other.depth.copy()
+        self.meta["seconds"] = self.meta.get("seconds", 0.0) + other.meta.get("seconds", 0.0)
+        self.blocks = blocks
+
+    def _check_meta(self, other: Film) -> None:
+        """Refuse films of different scenes or settings: their mean would be a picture of neither."""
+        for key in ("scene", "settings"):
+            mine, theirs = self.meta.get(key), other.meta.get(key)
+            if mine is not None and theirs is not None and mine != theirs:
+                text = _difference(mine, theirs)
+                raise RenderError("merge", f"the films differ in {key}: {text}", "merge passes of one render")
+
+    def picture(self, name: str) -> np.ndarray:
+        """The mean of one pass: (h, w, c) f32, exposure applied; zero before the first pass, with no depth.
+
+        Combined is the sum of the five light passes, its alpha the mean of Alpha.
+        """
+        if name == "Depth":
+            return self.depth
+        n = max(self.count, 1)
+        if name == "Combined":
+            rgb = sum(self.sums[light] for light in LIGHT_NAMES) * (self.exposure / n)
+            return np.concatenate([rgb, self.sums["Alpha"] / n], axis=2).astype(np.float32)
+        factor = self.exposure if name in BY_NAME and BY_NAME[name].is_light else 1.0
+        return (self.sums[name] * (factor / n)).astype(np.float32)
+
+    def variance(self, name: str) -> np.ndarray:
+        """Variance of one pass of the loop, unbiased: (h, w, 3) f64, of a light pass or Combined, exposure applied.
+
+        The squared standard error of the picture is this over `count`. NaN with fewer than two passes: not known.
+        """
+        n = self.count
+        total = self.sums[name] if name != "Combined" else sum(self.sums[light] for light in LIGHT_NAMES)
+        if n < 2:
+            return np.full((self.height, self.width, 3), np.nan)
+        m2 = np.maximum(self.squares[name] - total * total / n, 0.0)  # below 0 only by rounding, see the module
+        return m2 / (n - 1) * self.exposure**2
+
+    def save(self, path: str | Path) -> None:
+        """Write the sums, so that the render can go on or be merged."""
+        head = {
+            "format": FORMAT, "height": self.height, "width": self.width, "seed": self.seed, "exposure": self.exposure,
+            "moments": self.moments, "blocks": self.blocks, "depth_block": self.depth_block, "meta": self.meta,
+        }  # fmt: skip
+        arrays = {f"sum.{name}": a for name, a in self.sums.items()}
+        arrays |= {f"square.{name}": a for name, a in self.squares.items()}
+        check_writable(path)
+        partial = Path(f"{path}.partial")
+        try:
+            with partial.open("wb") as file:
+                np.savez_compressed(file, head=json.dumps(head), depth=self.depth, **arrays)
+            partial.replace(path)
+        except OSError as error:
+            partial.unlink(missing_ok=True)
+            raise OutputError(str(path), f"cannot be written: {error.strerror}", "choose another place") from error
+
+    @classmethod
+    def load(cls, path: str | Path) -> Film:
+        """Read what `save` wrote; a RenderError when the file is missing or something else."""
+        try:
+            with np.load(path, allow_pickle=False) as file:
+                head = json.loads(str(file["head"]))
+                film = cls(head["height"], head["width"], head["seed"], head["exposure"], head["moments"])
+                film.blocks = [tuple(block) for block in head["blocks"]]
+                film.depth_block, film.meta, film.depth = tuple(head["depth_block"]), head["meta"], file["depth"]
+                film.sums = {name: file[f"sum.{name}"] for name in film.sums}
+                film.squares = {name: file[f"square.{name}"] for name in film.squares}
+        except FileNotFoundError:
+            raise RenderError(str(path), "no such file", "check the path") from None
+        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+            raise RenderError(str(path), "is not a saved film", "give a file written with --state") from error
+        return film
+
+
+def _united(blocks: list[tuple[int, int, int]]) -> list[tuple[int, int, int]]:
+    """Sorted blocks, neighbours joined; a RenderError when two share a pass."""
+    out: list[tuple[int, int, int]] = []
+    for seed, start, end in sorted(blocks):
+        if out and out[-1][0] == seed and start < out[-1][2]:
+            raise RenderError("merge", f"pass {start} of seed {seed} is in twice", "use other passes or seeds")
+        if out and out[-1][0] == seed and start == out[-1][2]:
+            out[-1] = (seed, out[-1][1], end)
+        else:
+            out.append((seed, start, end))
+    return out
+
+
+def _difference(mine, theirs) -> str:
+    """What differs between two values or two dicts of settings, in words."""
+    if isinstance(mine, dict) and isinstance(theirs, dict):
+        keys = [key for key in {**mine, **theirs} if mine.get(key) != theirs.get(key)]
+        return ", ".join(f"{key} {mine.get(key)} and {theirs.get(key)}" for key in keys)
+    return f"{mine} and {theirs}"
