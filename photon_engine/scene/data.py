@@ -95,6 +95,7 @@ class Image:
     pixels: np.ndarray | None = None  # (H, W, 4) f32, bottom row first, linear scene colour unless Non-Color
     colorspace: str = "sRGB"  # Blender's name of the space the file was in (pixels here are already linear)
     alpha_mode: str = "STRAIGHT"  # pixels here are as Cycles sees them: premultiplied unless CHANNEL_PACKED/NONE
+    encoded: bool = False  # the sRGB curve is still on: lookups interpolate first and decode afterwards, as Cycles does
 
 
 @dataclass

@@ -1,0 +1,112 @@
+"""A node's settings and constants as plain data."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+import numpy as np
+
+from ..issues import IssueLog
+from .images import ImageTable
+
+RAMP_SIZE = 256  # entries of a sampled ramp or curve, as in Cycles
+LUMINANCE = (0.2126729, 0.7151522, 0.0721750)
+SCALARS = {"VALUE", "INT", "BOOLEAN"}
+TRIPLES = {"VECTOR", "RGBA", "ROTATION"}
+SIMPLE = {"ENUM", "BOOLEAN", "INT", "FLOAT", "STRING"}
+BASE = frozenset(item.identifier for item in bpy.types.ShaderNode.bl_rna.properties)
+
+
+def socket_value(socket: Any) -> Any:
+    """An input's constant: float or list; None where the surface decides (hidden values) or there is none."""
+    if socket.type == "SHADER" or not hasattr(socket, "default_value") or getattr(socket, "hide_value", False):
+        return None
+    value = socket.default_value
+    if socket.type in SCALARS:
+        return float(value)
+    return [float(c) for c in value] if socket.type in TRIPLES else None
+
+
+def coerce(value: Any, kind: str, target: str) -> Any:
+    """A constant of one socket type as another, as links convert it."""
+    if value is None or kind == target or target not in SCALARS | TRIPLES:
+        return value
+    if target in SCALARS:
+        if kind == "RGBA":
+            value = sum(a * b for a, b in zip(value, LUMINANCE, strict=False))
+        elif kind in TRIPLES:
+            value = sum(value[:3]) / 3.0
+        return float(value > 0.0) if target == "BOOLEAN" else float(int(value)) if target == "INT" else value
+    if kind in SCALARS:
+        return [value] * 3
+    return value
+
+
+def node_props(node: Any, images: ImageTable, issues: IssueLog, where: str) -> dict[str, Any]:
+    """All simple settings of a node by name; ramps and curves sampled, images as indices."""
+    props: dict[str, Any] = {}
+    for item in node.bl_rna.properties:
+        name = item.identifier
+        if name in BASE:
+            continue
+        if item.type in SIMPLE:
+            value = getattr(node, name)
+            props[name] = [float(c) for c in value] if getattr(item, "is_array", False) else value
+        elif item.type == "POINTER":
+            _pointer(props, name, getattr(node, name), images, issues, where)
+    if node.bl_idname in ("ShaderNodeValue", "ShaderNodeRGB", "ShaderNodeNormal"):
+        value = node.outputs[0].default_value
+        props["value"] = float(value) if node.bl_idname == "ShaderNodeValue" else [float(c) for c in value]
+    return props
+
+
+def _pointer(props: dict, name: str, value: Any, images: ImageTable, issues: IssueLog, where: str) -> None:
+    """Settings that are data of their own: image, colour ramp, curves, another object, texture mapping."""
+    if value is None:
+        return
+    if isinstance(value, bpy.types.Image):
+        props[name] = images.index(value)
+    elif isinstance(value, bpy.types.ColorRamp):
+        props[name] = ramp_data(value)
+    elif isinstance(value, bpy.types.CurveMapping):
+        props[name] = curve_data(value)
+    elif isinstance(value, bpy.types.Object):
+        props[f"{name}_inverse"] = [list(row) for row in value.matrix_world.inverted_safe()]
+    elif isinstance(value, bpy.types.TexMapping):
+        if not _is_plain_mapping(value):
+            issues.warn(where, "the texture mapping of the node itself is not supported", "use a Mapping node")
+    elif isinstance(value, bpy.types.ImageUser):
+        props["frame"] = value.frame_current
+
+
+def _is_plain_mapping(mapping: Any) -> bool:
+    """Whether a node's built-in mapping changes nothing."""
+    return (
+        tuple(mapping.translation) == (0.0, 0.0, 0.0) and tuple(mapping.rotation) == (0.0, 0.0, 0.0)
+        and tuple(mapping.scale) == (1.0, 1.0, 1.0) and not mapping.use_min and not mapping.use_max
+        and (mapping.mapping_x, mapping.mapping_y, mapping.mapping_z) == ("X", "Y", "Z")
+    )
+
+
+def ramp_data(ramp: Any) -> dict[str, Any]:
+    """A colour ramp sampled at 256 places: table (256, 4) f32, interpolation."""
+    table = np.array([ramp.evaluate(i / (RAMP_SIZE - 1)) for i in range(RAMP_SIZE)], np.float32)
+    return {"table": table, "interpolation": ramp.interpolation}
+
+
+def curve_data(mapping: Any) -> dict[str, Any]:
+    """Curves sampled at 256 places between the first and last point: tables (256,) f32 each, min_x, max_x.
+
+    Of a colour mapping's four curves the last is applied first, to all channels.
+    """
+    mapping.initialize()
+    curves = list(mapping.curves)
+    min_x = min(curve.points[0].location[0] for curve in curves)
+    max_x = max(curve.points[-1].location[0] for curve in curves)
+    places = [min_x + (max_x - min_x) * i / (RAMP_SIZE - 1) for i in range(RAMP_SIZE)]
+    if len(curves) == 4:
+        places = [mapping.evaluate(curves[3], t) for t in places]
+        curves = curves[:3]
+    tables = [np.array([mapping.evaluate(curve, t) for t in places], np.float32) for curve in curves]
+    return {"tables": tables, "min_x": min_x, "max_x": max_x, "extrapolate": mapping.extend == "EXTRAPOLATED"}

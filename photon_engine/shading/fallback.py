@@ -1,0 +1,84 @@
+"""Nodes and settings that are not supported yet: said once, and something plain in their place."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..issues import IssueLog
+from ..scene.data import Node
+from .registry import REGISTRY, SCALARS, NodeKind, f32
+
+GREY = 0.8  # Blender's default base colour
+MIDDLE = 0.5  # of an unknown texture
+COLOR_INPUTS = ("Base Color", "Color")
+UNSUPPORTED_OUTPUTS = {
+    "ShaderNodeTexCoord": {"Window"},
+    "ShaderNodeNewGeometry": {"Pointiness", "Random Per Island"},
+    "ShaderNodeLightPath": {
+        "Is Diffuse Ray", "Is Glossy Ray", "Is Singular Ray", "Is Reflection Ray", "Is Transmission Ray",
+        "Is Volume Scatter Ray", "Ray Length", "Ray Depth", "Diffuse Depth", "Glossy Depth", "Transparent Depth",
+        "Transmission Depth", "Portal Depth",
+    },
+}
+# type -> setting -> (unsupported values, what is done instead)
+UNSUPPORTED_SETTINGS = {
+    "ShaderNodeTexImage": {"projection": ({"BOX"}, "the flat projection is used")},
+    "ShaderNodeBsdfGlossy": {"distribution": ({"BECKMANN", "ASHIKHMIN_SHIRLEY"}, "GGX is used")},
+    "ShaderNodeBsdfAnisotropic": {"distribution": ({"BECKMANN", "ASHIKHMIN_SHIRLEY"}, "GGX is used")},
+    "ShaderNodeBsdfGlass": {"distribution": ({"BECKMANN"}, "GGX is used")},
+    "ShaderNodeBsdfRefraction": {"distribution": ({"BECKMANN"}, "GGX is used")},
+    "ShaderNodeBsdfMetallic": {"fresnel_type": ({"PHYSICAL_CONDUCTOR"}, "Base Color and Edge Tint are used")},
+}
+# inputs that change nothing here unless they have this value
+IGNORED_INPUTS = {
+    "Anisotropy": 0.0, "Anisotropic": 0.0, "Subsurface Weight": 0.0, "Sheen Weight": 0.0,
+    "Thin Film Thickness": 0.0, "Thin Wall": 0.0,
+}
+
+
+def report_unsupported(item: Node, used: set[str], material: str, issues: IssueLog) -> None:
+    """Warn, once by material and node, about what will look different."""
+    where = f"{material} > {item.name}"
+    if item.type not in REGISTRY:
+        issues.warn(where, f"the node type {item.type} is not supported yet", _replacement(item))
+        return
+    for output in sorted(UNSUPPORTED_OUTPUTS.get(item.type, set()) & used):
+        issues.warn(where, f"the output {output} is not supported yet", "0 is used instead")
+    for setting, (values, instead) in UNSUPPORTED_SETTINGS.get(item.type, {}).items():
+        if item.props.get(setting) in values:
+            issues.warn(where, f"{setting} {item.props[setting]} is not supported yet", instead)
+    if "SHADER" not in item.output_kinds.values():
+        return
+    for name, plain in IGNORED_INPUTS.items():
+        socket = item.inputs.get(name)
+        if socket is not None and (socket.node >= 0 or socket.value != plain):
+            issues.warn(where, f"{name} is not supported yet", "it has no effect")
+
+
+def _replacement(item: Node) -> str:
+    """What stands in for an unknown node."""
+    if "SHADER" in item.output_kinds.values():
+        name = next((name for name in COLOR_INPUTS if name in item.inputs), None)
+        return f"a diffuse surface of its {name} is used" if name else f"a grey diffuse surface of {GREY} is used"
+    return f"its outputs are {MIDDLE}, vectors 0"
+
+
+def fallback_kind(item: Node) -> NodeKind:
+    """A node kind for an unknown type: a diffuse of its colour, or middle values."""
+    def function(x, props, points):
+        if "SHADER" not in item.output_kinds.values():
+            return {name: _middle(kind) for name, kind in item.output_kinds.items()}
+        from ..bsdf import recipes
+
+        color = next((x[name] for name in COLOR_INPUTS if x.get(name) is not None), np.full((1, 3), GREY, f32))
+        lobes = recipes.diffuse(color, np.zeros(1, f32), None)
+        return {name: lobes for name, kind in item.output_kinds.items() if kind == "SHADER"}
+
+    return NodeKind(function, lambda node, used: False, lambda node, used: set())
+
+
+def _middle(kind: str):
+    """The value of an unknown texture's output."""
+    if kind in SCALARS:
+        return np.full(1, MIDDLE, f32)
+    return np.full((1, 3), 0.0 if kind == "VECTOR" else MIDDLE, f32)

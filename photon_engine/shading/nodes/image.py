@@ -1,0 +1,97 @@
+"""Texture nodes: Image Texture, Checker, Gradient."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..registry import column, f32, node, unlinked
+from ..textures import (
+    DECODE,
+    DECODE_TABLE,
+    EXTENSIONS,
+    INTERPOLATIONS,
+    LINEAR,
+    UNPREMULTIPLY,
+    sample_image,
+)
+from .vectors import dot
+
+
+def image_needs(item, used):
+    """UVs when no vector is linked."""
+    return {"uv"} if unlinked("Vector")(item, used) else set()
+
+
+def place(vector, projection):
+    """Image coordinates of a texture vector: flat, on a sphere or on a tube."""
+    if projection not in ("SPHERE", "TUBE"):
+        return np.ascontiguousarray(vector)
+    x, y, z = (2.0 * vector - f32(1.0)).T
+    radius = np.sqrt(x * x + y * y)
+    u = np.where(radius > 0.0, f32(0.5) * (f32(1.0) - np.arctan2(x, y) * f32(1.0 / np.pi)), f32(0.0))
+    if projection == "TUBE":
+        return np.stack([u, (z + f32(1.0)) * f32(0.5)], axis=1)
+    size = np.sqrt(radius * radius + z * z)
+    v = f32(1.0) - np.arccos(np.clip(z / np.where(size > 0.0, size, f32(1.0)), -1.0, 1.0)) * f32(1.0 / np.pi)
+    return np.stack([u, np.where(size > 0.0, v, f32(0.0))], axis=1)
+
+
+@node("ShaderNodeTexImage", varies=unlinked("Vector"), needs=image_needs)
+def image_texture(x, props, points):
+    """Colour and alpha of an image at the vector, or at the active UV layer."""
+    vector = x.get("Vector")
+    uv = points.uvs[""] if vector is None else place(vector, props.get("projection", "FLAT"))
+    index = props.get("image")
+    if index is None:  # nothing chosen: Cycles shows black without alpha
+        return {"Color": np.zeros((1, 3), f32), "Alpha": np.zeros(1, f32)}
+    image = props["images"][index]
+    flags = DECODE if image.encoded else 0
+    premultiplied = image.colorspace != "Non-Color" and image.alpha_mode not in ("CHANNEL_PACKED", "NONE")
+    if premultiplied and "Alpha" in props["used"]:  # Cycles gives straight colour only beside its alpha
+        flags |= UNPREMULTIPLY
+    out = np.empty((len(uv), 4), f32)
+    mode = INTERPOLATIONS.get(props.get("interpolation", "Linear"), LINEAR)
+    extension = EXTENSIONS[props.get("extension", "REPEAT")]
+    sample_image(image.pixels, np.ascontiguousarray(uv, f32), mode, extension, flags, DECODE_TABLE, out)
+    return {"Color": out[:, :3], "Alpha": out[:, 3]}
+
+
+generated_unless_linked = {"varies": unlinked("Vector"),
+                           "needs": lambda item, used: {"generated"} if unlinked("Vector")(item, used) else set()}
+
+
+def texture_vector(x, points):
+    """The linked vector, else Generated coordinates."""
+    return points.generated if x.get("Vector") is None else x["Vector"]
+
+
+@node("ShaderNodeTexChecker", **generated_unless_linked)
+def checker(x, props, points):
+    """Cubes of two colours."""
+    cell = np.floor((texture_vector(x, points) * column(x["Scale"]) + f32(1e-6)) * f32(0.999999))
+    i, j, k = (np.abs(cell) % 2.0 == 1.0).T
+    first = (i == j) == k
+    return {"Color": np.where(column(first), x["Color1"], x["Color2"]), "Fac": first.astype(f32)}
+
+
+@node("ShaderNodeTexGradient", **generated_unless_linked)
+def gradient(x, props, points):
+    """A ramp from 0 to 1."""
+    v, kind = texture_vector(x, points), props.get("gradient_type", "LINEAR")
+    a, b = v[:, 0], v[:, 1]
+    if kind == "LINEAR":
+        f = a
+    elif kind == "QUADRATIC":
+        f = np.maximum(a, 0.0) ** 2
+    elif kind == "EASING":
+        t = np.clip(a, 0.0, 1.0)
+        f = (3.0 - 2.0 * t) * t * t
+    elif kind == "DIAGONAL":
+        f = (a + b) * f32(0.5)
+    elif kind == "RADIAL":
+        f = np.arctan2(b, a) * f32(0.5 / np.pi) + f32(0.5)
+    else:
+        r = np.maximum(f32(0.999999) - np.sqrt(dot(v, v)), 0.0)
+        f = r * r if kind == "QUADRATIC_SPHERE" else r
+    f = np.clip(f, 0.0, 1.0)
+    return {"Fac": f, "Color": np.repeat(column(f), 3, axis=1)}

@@ -1,0 +1,134 @@
+"""Shader nodes: what scatters or shines. Each gives a list of lobes from bsdf/recipes.py."""
+
+from __future__ import annotations
+
+import inspect
+
+import numpy as np
+
+from ...bsdf import layout
+from ..registry import constant, f32, node
+
+
+class _Recipes:
+    """bsdf.recipes, imported at first use."""
+
+    def __getattr__(self, name):
+        from ...bsdf import recipes
+
+        return getattr(recipes, name)
+
+
+recipes = _Recipes()
+
+
+def linked_normal(name: str = "Normal"):
+    """For `varies`: a linked normal is turned to the outside, which needs the surface."""
+    return lambda item, used: name in item.inputs and item.inputs[name].node >= 0
+
+
+def outward(x, points, name="Normal"):
+    """The linked normal turned back to the outside, as lobes want it; None: the surface's own."""
+    normal = x.get(name)
+    if normal is None:
+        return None
+    normal = np.broadcast_to(normal, points.p.shape)
+    size = np.sqrt(np.einsum("ij,ij->i", normal, normal))[:, None]
+    own = points.facing(points.ns)
+    return points.facing(np.where(size > 0.0, normal / np.where(size > 0.0, size, f32(1.0)), own)).astype(f32)
+
+
+@node("ShaderNodeBsdfDiffuse", varies=linked_normal())
+def diffuse(x, props, points):
+    """Lambert or Oren-Nayar."""
+    return {"BSDF": recipes.diffuse(x["Color"], x["Roughness"], outward(x, points))}
+
+
+@node("ShaderNodeBsdfAnisotropic", "ShaderNodeBsdfGlossy", varies=linked_normal())
+def glossy(x, props, points):
+    """A microfacet mirror without Fresnel."""
+    distribution = props.get("distribution", "MULTI_GGX")
+    return {"BSDF": recipes.glossy(x["Color"], x["Roughness"], outward(x, points), distribution)}
+
+
+@node("ShaderNodeBsdfGlass", varies=linked_normal())
+def glass(x, props, points):
+    """A dielectric that reflects and refracts."""
+    distribution = props.get("distribution", "MULTI_GGX")
+    return {"BSDF": recipes.glass(x["Color"], x["Roughness"], x["IOR"], outward(x, points), distribution)}
+
+
+@node("ShaderNodeBsdfRefraction", varies=linked_normal())
+def refraction(x, props, points):
+    """A dielectric that only refracts."""
+    return {"BSDF": recipes.refraction(x["Color"], x["Roughness"], x["IOR"], outward(x, points))}
+
+
+@node("ShaderNodeBsdfTranslucent", varies=linked_normal())
+def translucent(x, props, points):
+    """Lambert through the surface."""
+    return {"BSDF": recipes.translucent(x["Color"], outward(x, points))}
+
+
+@node("ShaderNodeBsdfTransparent")
+def transparent(x, props, points):
+    """Straight through, coloured."""
+    return {"BSDF": recipes.transparent(x["Color"])}
+
+
+@node("ShaderNodeEmission")
+def emission(x, props, points):
+    """Light of the surface."""
+    return {"Emission": recipes.emission(x["Color"], x["Strength"])}
+
+
+@node("ShaderNodeBackground")
+def background(x, props, points):
+    """Light of the world."""
+    return {"Background": recipes.emission(x["Color"], x["Strength"])}
+
+
+@node("ShaderNodeHoldout")
+def holdout(x, props, points):
+    """A hole in the picture."""
+    return {"Holdout": [layout.Lobe(layout.HOLDOUT, np.ones((1, 3), f32), {})]}
+
+
+@node("ShaderNodeMixShader")
+def mix_shader(x, props, points):
+    """Both shaders, weighted 1 - factor and factor."""
+    t = np.clip(x["Fac"], 0.0, 1.0)
+    first, second = x.get("Shader") or [], x.get("Shader_001") or []
+    return {"Shader": recipes.scale_lobes(first, f32(1.0) - t) + recipes.scale_lobes(second, t)}
+
+
+@node("ShaderNodeAddShader")
+def add_shader(x, props, points):
+    """Both shaders."""
+    return {"Shader": (x.get("Shader") or []) + (x.get("Shader_001") or [])}
+
+
+def principled_varies(item, used):
+    """A linked normal needs the surface."""
+    return linked_normal()(item, used) or linked_normal("Coat Normal")(item, used)
+
+
+@node("ShaderNodeBsdfPrincipled", varies=principled_varies)
+def principled(x, props, points):
+    """Blender's layered shader; sockets by name in small letters with underscores."""
+    given = {name.lower().replace(" ", "_"): value for name, value in x.items() if value is not None}
+    given["normal"] = outward(x, points)
+    given["coat_normal"] = outward(x, points, "Coat Normal")
+    given["distribution"] = props.get("distribution", "MULTI_GGX")
+    known = inspect.signature(recipes.principled).parameters
+    return {"BSDF": recipes.principled(**{name: value for name, value in given.items() if name in known})}
+
+
+@node("ShaderNodeBsdfMetallic", varies=linked_normal())
+def metallic(x, props, points):
+    """A metal by colour and edge tint (F82), the metallic part of the principled shader."""
+    one = constant(1.0, "VALUE")
+    return {"BSDF": recipes.principled(
+        base_color=x["Base Color"], specular_tint=x["Edge Tint"], roughness=x["Roughness"], metallic=one,
+        normal=outward(x, points), distribution=props.get("distribution", "MULTI_GGX"),
+    )}

@@ -1,0 +1,159 @@
+"""Nodes on vectors: Vector Math, Mapping, Combine and Separate XYZ, Vector Rotate, Normal, Checker, Gradient."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..registry import column, f32, node
+from .scalars import divide, floored_modulo, power, truncated_modulo
+
+ONE = f32(1.0)
+
+
+def dot(a, b):
+    """Inner product of rows, (n,)."""
+    return np.einsum("ij,ij->i", *np.broadcast_arrays(a, b))
+
+
+def normalize(v):
+    """Rows of length 1; zero rows stay zero."""
+    size = np.sqrt(dot(v, v))
+    return v * column(ONE / np.where(size > 0.0, size, ONE))
+
+
+def cross(a, b):
+    """Outer product of rows."""
+    a0, a1, a2, b0, b1, b2 = np.broadcast_arrays(a[:, 0], a[:, 1], a[:, 2], b[:, 0], b[:, 1], b[:, 2])
+    return np.stack([a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0], axis=1)
+
+
+def refract(a, n, eta):
+    """Direction a refracted at the unit normal n; zero when totally reflected."""
+    c = dot(n, a)
+    k = ONE - eta * eta * (ONE - c * c)
+    bent = column(eta) * a - column(eta * c + np.sqrt(np.maximum(k, 0.0))) * n
+    return np.where(column(k < 0.0), f32(0.0), bent)
+
+
+def reflect(a, n):
+    """A mirrored by the plane with unit normal n."""
+    return a - 2.0 * column(dot(a, n)) * n
+
+
+VECTOR_MATH = {
+    "ADD": lambda a, b, c, s: a + b,
+    "SUBTRACT": lambda a, b, c, s: a - b,
+    "MULTIPLY": lambda a, b, c, s: a * b,
+    "DIVIDE": lambda a, b, c, s: divide(a, b),
+    "MULTIPLY_ADD": lambda a, b, c, s: a * b + c,
+    "CROSS_PRODUCT": lambda a, b, c, s: cross(a, b),
+    "PROJECT": lambda a, b, c, s: column(divide(dot(a, b), dot(b, b))) * b,
+    "REFLECT": lambda a, b, c, s: reflect(a, normalize(b)),
+    "REFRACT": lambda a, b, c, s: refract(a, normalize(b), s),
+    "FACEFORWARD": lambda a, b, c, s: np.where(column(dot(c, b) < 0.0), a, -a),
+    "SCALE": lambda a, b, c, s: a * column(s),
+    "NORMALIZE": lambda a, b, c, s: normalize(a),
+    "ABSOLUTE": lambda a, b, c, s: np.abs(a),
+    "POWER": lambda a, b, c, s: power(a, b),
+    "SIGN": lambda a, b, c, s: np.sign(a),
+    "MINIMUM": lambda a, b, c, s: np.minimum(a, b),
+    "MAXIMUM": lambda a, b, c, s: np.maximum(a, b),
+    "ROUND": lambda a, b, c, s: np.floor(a + f32(0.5)),
+    "FLOOR": lambda a, b, c, s: np.floor(a),
+    "CEIL": lambda a, b, c, s: np.ceil(a),
+    "FRACTION": lambda a, b, c, s: a - np.floor(a),
+    "MODULO": lambda a, b, c, s: truncated_modulo(a, b),
+    "WRAP": lambda a, b, c, s: floored_modulo(a - c, b - c) + c,
+    "SNAP": lambda a, b, c, s: np.floor(divide(a, b)) * b,
+    "SINE": lambda a, b, c, s: np.sin(a),
+    "COSINE": lambda a, b, c, s: np.cos(a),
+    "TANGENT": lambda a, b, c, s: np.tan(a),
+}
+VECTOR_TO_VALUE = {
+    "DOT_PRODUCT": dot,
+    "DISTANCE": lambda a, b: np.sqrt(dot(a - b, a - b)),
+    "LENGTH": lambda a, b: np.sqrt(dot(a, a)),
+}
+
+
+@node("ShaderNodeVectorMath")
+def vector_math(x, props, points):
+    """One of Blender's vector operations; undefined results are 0."""
+    operation, a, b = props["operation"], x["Vector"], x.get("Vector_001")
+    if operation in VECTOR_TO_VALUE:
+        return {"Value": VECTOR_TO_VALUE[operation](a, b)}
+    return {"Vector": VECTOR_MATH[operation](a, b, x.get("Vector_002"), x.get("Scale"))}
+
+
+def euler_matrix(rotation):
+    """Matrices (n | 1, 3, 3) of XYZ Euler angles (n | 1, 3): about X first."""
+    cx, cy, cz = np.cos(rotation).T
+    sx, sy, sz = np.sin(rotation).T
+    rows = [
+        [cy * cz, sy * sx * cz - cx * sz, sy * cx * cz + sx * sz],
+        [cy * sz, sy * sx * sz + cx * cz, sy * cx * sz - sx * cz],
+        [-sy, cy * sx, cy * cx],
+    ]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=1)
+
+
+def rotate(matrix, v):
+    """Rows of M v."""
+    if len(matrix) == 1:
+        return v @ matrix[0].T
+    return np.einsum("nij,nj->ni", matrix, np.broadcast_to(v, (len(matrix), 3)))
+
+
+@node("ShaderNodeMapping")
+def mapping(x, props, points):
+    """Move, turn and scale a point, a texture (the inverse), a vector or a normal."""
+    v, kind = x["Vector"], props.get("vector_type", "POINT")
+    matrix, scale = euler_matrix(x["Rotation"]), x["Scale"]
+    if kind == "POINT":
+        return {"Vector": rotate(matrix, v * scale) + x["Location"]}
+    if kind == "TEXTURE":
+        return {"Vector": divide(rotate(matrix.transpose(0, 2, 1), v - x["Location"]), scale)}
+    if kind == "VECTOR":
+        return {"Vector": rotate(matrix, v * scale)}
+    return {"Vector": normalize(rotate(matrix, divide(v, scale)))}
+
+
+@node("ShaderNodeVectorRotate")
+def vector_rotate(x, props, points):
+    """Turn a vector about a centre, by an axis and angle or by Euler angles."""
+    kind, center = props.get("rotation_type", "AXIS_ANGLE"), x["Center"]
+    v = x["Vector"] - center
+    sign = f32(-1.0 if props.get("invert") else 1.0)
+    if kind == "EULER_XYZ":
+        matrix = euler_matrix(x["Rotation"])
+        return {"Vector": rotate(matrix.transpose(0, 2, 1) if props.get("invert") else matrix, v) + center}
+    fixed = {"X_AXIS": [1.0, 0.0, 0.0], "Y_AXIS": [0.0, 1.0, 0.0], "Z_AXIS": [0.0, 0.0, 1.0]}
+    axis = np.array([fixed[kind]], f32) if kind in fixed else normalize(x["Axis"])
+    c, s = column(np.cos(x["Angle"])), column(np.sin(x["Angle"]) * sign)
+    turned = v * c + cross(axis, v) * s + axis * column(dot(axis, v)) * (ONE - c)
+    return {"Vector": np.where(column(dot(axis, axis) > 0.0), turned, v) + center}
+
+
+@node("ShaderNodeSeparateXYZ")
+def separate_xyz(x, props, points):
+    """Components of a vector."""
+    return dict(zip("XYZ", x["Vector"].T, strict=True))
+
+
+@node("ShaderNodeCombineXYZ")
+def combine_xyz(x, props, points):
+    """A vector from components."""
+    return {"Vector": np.stack(np.broadcast_arrays(x["X"], x["Y"], x["Z"]), axis=1)}
+
+
+@node("ShaderNodeNormal")
+def normal(x, props, points):
+    """A fixed direction, and its cosine with the input."""
+    direction = normalize(np.asarray(props.get("value", (0.0, 0.0, 1.0)), f32)[None, :3])
+    return {"Normal": direction, "Dot": dot(direction, normalize(x["Normal"]))}
+
+
+@node("PhotonConvert")
+def convert_only(x, props, points):
+    """A value that passed a socket of another type, which the input has already converted."""
+    return {"Value": x["Value"]}

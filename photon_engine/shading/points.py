@@ -1,0 +1,101 @@
+"""What a node program may ask about the surface points it shades."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields
+
+import numpy as np
+
+
+@dataclass
+class ObjectTable:
+    """What nodes may ask about the instances of a scene, one row for each."""
+
+    matrix: np.ndarray  # (I, 3, 3) f32, object to world, linear part
+    inverse: np.ndarray  # (I, 3, 3) f32, its inverse (pseudo-inverse of a flattened object)
+    location: np.ndarray  # (I, 3) f32, object's origin in the world [m]
+    color: np.ndarray  # (I, 4) f32
+    pass_index: np.ndarray  # (I,) f32
+    random: np.ndarray  # (I,) f32
+
+    @classmethod
+    def from_instances(cls, instances) -> ObjectTable:
+        """The table of a scene's list of instances."""
+        matrices = [item.matrix if item.object_matrix is None else item.object_matrix for item in instances]
+        linear = np.array([m[:3, :3] for m in matrices], np.float64).reshape(-1, 3, 3)
+        return cls(
+            matrix=linear.astype(np.float32),
+            inverse=np.linalg.pinv(linear).astype(np.float32) if len(linear) else linear.astype(np.float32),
+            location=np.array([m[:3, 3] for m in matrices], np.float32).reshape(-1, 3),
+            color=np.array([item.color for item in instances], np.float32).reshape(-1, 4),
+            pass_index=np.array([item.pass_index for item in instances], np.float32),
+            random=np.array([item.random for item in instances], np.float32),
+        )
+
+
+@dataclass
+class ShadePoints:
+    """n hits of one material. Only what the program's `needs` names has to be filled in beyond the first five.
+
+    Normals face outward, whatever side was hit, as everywhere outside `shading/`.
+    """
+
+    p: np.ndarray  # (n, 3) f32, world, not recentred [m]
+    ng: np.ndarray  # (n, 3) f32, unit
+    ns: np.ndarray  # (n, 3) f32, unit
+    wo: np.ndarray  # (n, 3) f32, unit, to where the path came from
+    backfacing: np.ndarray  # (n,) bool, dot(wo, ng) < 0
+    uvs: dict[str, np.ndarray] = field(default_factory=dict)  # layer ("" is the active one) -> (n, 2) f32
+    generated: np.ndarray | None = None  # (n, 3) f32
+    object: np.ndarray | None = None  # (n, 3) f32, p in the object's space
+    normal_local: np.ndarray | None = None  # (n, 3) f32, interpolated corner normals in mesh space, not normalised
+    tangents: dict[str, np.ndarray] = field(default_factory=dict)  # layer -> (n, 4) f32, mesh space, w: sign
+    attributes: dict[str, np.ndarray] = field(default_factory=dict)  # name -> (n, C) f32
+    parametric: np.ndarray | None = None  # (n, 2) f32, barycentric coordinates of corners 1 and 2
+    instance: np.ndarray | None = None  # (n,) i32, row of `objects`
+    objects: ObjectTable | None = None
+    camera: np.ndarray | None = None  # (4, 4) f32, world to camera with z along the view axis
+    is_camera: bool = False  # the path came straight from the camera
+    is_photon: bool = False  # the path came from a light
+    is_shadow: bool = False  # only transparency is asked
+
+    def __len__(self) -> int:
+        """Number of points."""
+        return len(self.p)
+
+    def facing(self, normals: np.ndarray) -> np.ndarray:
+        """Normals (n, 3) turned to the side that was hit, as nodes see them."""
+        if not self.backfacing.any():
+            return normals
+        return np.where(self.backfacing[:, None], -normals, normals)
+
+    def take(self, index: np.ndarray) -> ShadePoints:
+        """The points of an index or mask array."""
+        picked = {}
+        for item in fields(self):
+            value = getattr(self, item.name)
+            if isinstance(value, dict):
+                value = {name: rows[index] for name, rows in value.items()}
+            elif isinstance(value, np.ndarray) and item.name != "camera":
+                value = value[index]
+            picked[item.name] = value
+        return ShadePoints(**picked)
+
+
+def probe_points(n: int, needs: frozenset[str] = frozenset()) -> ShadePoints:
+    """n harmless points on the plane z = 0 seen from above, filled with all that `needs` names."""
+    zero, up = np.zeros((n, 3), np.float32), np.tile(np.array([0.0, 0.0, 1.0], np.float32), (n, 1))
+    layers = {name.partition(":")[2]: np.zeros((n, 2), np.float32) for name in needs if name.split(":")[0] == "uv"}
+    tangent = np.tile(np.array([1.0, 0.0, 0.0, 1.0], np.float32), (n, 1))
+    objects = ObjectTable(
+        np.eye(3, dtype=np.float32)[None], np.eye(3, dtype=np.float32)[None], np.zeros((1, 3), np.float32),
+        np.ones((1, 4), np.float32), np.zeros(1, np.float32), np.zeros(1, np.float32),
+    )
+    return ShadePoints(
+        p=zero, ng=up, ns=up, wo=up, backfacing=np.zeros(n, bool), uvs=layers, generated=zero, object=zero,
+        normal_local=up, parametric=zero[:, :2], instance=np.zeros(n, np.int32), objects=objects,
+        camera=np.eye(4, dtype=np.float32),
+        tangents={name.partition(":")[2]: tangent for name in needs if name.split(":")[0] == "tangent"},
+        attributes={name.partition(":")[2]: np.zeros((n, 4), np.float32)
+                    for name in needs if name.split(":")[0] == "attribute"},
+    )

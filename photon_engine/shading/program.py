@@ -1,0 +1,250 @@
+"""A node graph as a list of calls, one pure function a node.
+
+Compiling runs the nodes once whose inputs do not vary over the surface, drops the branches that a constant mix
+factor hides, and leaves the rest to be run on each batch of hits.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..bsdf import layout
+from ..bsdf.layout import Lobe
+from ..issues import IssueLog
+from ..scene.data import Graph, Image, Material, Node, Socket
+from . import nodes  # noqa: F401  (fills the registry)
+from .fallback import fallback_kind, report_unsupported
+from .points import ShadePoints, probe_points
+from .registry import REGISTRY, NodeKind, constant, convert, zero
+
+SHARP_KINDS = {layout.REFLECT, layout.GLASS, layout.REFRACT}
+ROUGH_KINDS = {layout.DIFFUSE, layout.TRANSLUCENT, *SHARP_KINDS}
+
+
+class Source(NamedTuple):
+    """Where a call's input comes from: another call's output, or a constant."""
+
+    call: int  # index into the program's calls; -1: `value`
+    output: str
+    kind: str  # of the output
+    target: str  # of the input
+    value: Any
+
+
+@dataclass
+class Call:
+    """One node of a program."""
+
+    node: Node
+    kind: NodeKind
+    inputs: dict[str, Source]
+    props: dict[str, Any]
+    outputs: dict[str, Any] | None = None  # its values, when they do not vary
+
+    def run(self, values: list, points: ShadePoints | None) -> dict[str, Any]:
+        """The node's outputs; values: outputs of the calls before."""
+        x = {name: fetch(source, values) for name, source in self.inputs.items()}
+        return self.kind.function(x, self.props, points)
+
+
+def fetch(source: Source, values: list):
+    """An input's value, converted to its kind."""
+    if source.call < 0:
+        return source.value
+    value = values[source.call].get(source.output)
+    if value is None:
+        return zero(source.target)
+    return convert(value, source.kind, source.target)
+
+
+@dataclass
+class Program:
+    """A material ready to be evaluated."""
+
+    name: str
+    calls: list[Call]
+    surface: Source | None
+    live: list[int] = field(default_factory=list)  # calls to run for each batch, in order
+    needs: frozenset[str] = frozenset()  # fields of ShadePoints that are read: "uv", "uv:NAME", "generated", ...
+    constant: bool = True
+    _probe: list[Lobe] = field(default_factory=list)
+
+    def lobes(self, points: ShadePoints | None = None) -> list[Lobe]:
+        """Lobes of a batch; of a constant program with one row for all (no points needed)."""
+        if self.surface is None:
+            return []
+        values = [call.outputs for call in self.calls]
+        for index in self.live:
+            values[index] = self.calls[index].run(values, points)
+        return fetch(self.surface, values)
+
+    @property
+    def slots(self) -> int:
+        """Number of lobes, at least 1."""
+        return max(1, len(self._probe))
+
+    @property
+    def emits(self) -> bool:
+        """Whether it may shine."""
+        return any(lobe.kind == layout.EMISSION and may_be_nonzero(lobe.weight) for lobe in self._probe)
+
+    @property
+    def has_null(self) -> bool:
+        """Whether light may go straight through."""
+        return self._may_have({layout.TRANSPARENT, layout.HOLDOUT})
+
+    @property
+    def has_rough(self) -> bool:
+        """Whether some lobe may be wider than a mirror at the threshold 0."""
+        return any(may_be_rough(lobe, 0.0) for lobe in self._probe if may_be_nonzero(lobe.weight))
+
+    def has_sharp(self, threshold: float) -> bool:
+        """Whether some lobe may have a roughness below the threshold."""
+        return any(may_be_sharp(lobe, threshold) for lobe in self._probe if may_be_nonzero(lobe.weight))
+
+    def may_be_rough(self, threshold: float) -> bool:
+        """Whether some lobe may have a roughness of at least the threshold."""
+        return any(may_be_rough(lobe, threshold) for lobe in self._probe if may_be_nonzero(lobe.weight))
+
+    def emission(self, points: ShadePoints | None = None) -> np.ndarray:
+        """Radiance of the EMISSION lobes, (n | 1, 3) f32, without what layers above absorb."""
+        total = np.zeros((1, 3), np.float32)
+        for lobe in self.lobes(points):
+            if lobe.kind == layout.EMISSION:
+                total = total + lobe.weight
+        return total
+
+    def _may_have(self, kinds: set[int]) -> bool:
+        """Whether a lobe of these kinds may have weight."""
+        return any(lobe.kind in kinds and may_be_nonzero(lobe.weight) for lobe in self._probe)
+
+
+def may_be_nonzero(weight: np.ndarray) -> bool:
+    """False only for a weight that is zero everywhere: varying ones have two rows in the probe."""
+    return len(weight) > 1 or bool(np.any(weight != 0.0))
+
+
+def _roughness(lobe: Lobe) -> np.ndarray:
+    """A lobe's roughness field, 0 when it has none."""
+    return np.asarray(lobe.fields.get(layout.ROUGHNESS, np.zeros(1)), np.float32)
+
+
+def may_be_sharp(lobe: Lobe, threshold: float) -> bool:
+    """Whether a microfacet lobe may be below the threshold."""
+    roughness = _roughness(lobe)
+    return lobe.kind in SHARP_KINDS and (len(roughness) > 1 or bool(roughness[0] < threshold or roughness[0] == 0.0))
+
+
+def may_be_rough(lobe: Lobe, threshold: float) -> bool:
+    """Whether a lobe may be a rough one."""
+    if lobe.kind not in SHARP_KINDS:
+        return lobe.kind in ROUGH_KINDS
+    roughness = _roughness(lobe)
+    return len(roughness) > 1 or bool(roughness[0] >= threshold and roughness[0] > 0.0)
+
+
+def compile_material(material: Material, images: list[Image], issues: IssueLog) -> Program:
+    """A material's program; nodes that are not supported are reported once by material and node name."""
+    return compile_graph(material.graph, material.name, images, issues)
+
+
+def compile_graph(graph: Graph, name: str, images: list[Image], issues: IssueLog) -> Program:
+    """The program of a graph's surface."""
+    calls = [_make_call(graph, index, name, images, issues) for index in range(len(graph.nodes))]
+    surface = None if graph.surface is None else _source(graph, graph.surface, "SHADER")
+    varying = _fold(calls)
+    needs: set[str] = set()
+    live = _reachable(calls, surface, varying)
+    for index in live:
+        call = calls[index]
+        needs |= call.kind.needs(call.node, call.props["used"])
+    program = Program(name, calls, surface, live, frozenset(needs), not live)
+    program._probe = program.lobes(probe_points(2, program.needs))
+    return program
+
+
+def _make_call(graph: Graph, index: int, name: str, images: list[Image], issues: IssueLog) -> Call:
+    """The call of a node, with the outputs that somebody reads."""
+    item = graph.nodes[index]
+    used = {socket.output for other in graph.nodes for socket in other.inputs.values() if socket.node == index}
+    if graph.surface is not None and graph.surface.node == index:
+        used.add(graph.surface.output)
+    kind = REGISTRY.get(item.type)
+    if kind is None:
+        kind = fallback_kind(item)
+    report_unsupported(item, used, name, issues)
+    inputs = {key: _source(graph, socket, socket.kind) for key, socket in item.inputs.items()}
+    for key, source in inputs.items():
+        if source.call < 0 and source.value is None and not surface_decides(item.type, key):
+            inputs[key] = source._replace(value=zero(source.target))
+    return Call(item, kind, inputs, {**item.props, "used": frozenset(used), "images": images})
+
+
+def surface_decides(node_type: str, name: str) -> bool:
+    """Whether an unlinked input means the surface's own normal, tangent or coordinates rather than zero."""
+    if name == "Vector":
+        return node_type.startswith("ShaderNodeTex")
+    return name in ("Normal", "Coat Normal", "Tangent") and node_type != "ShaderNodeNormal"
+
+
+def _source(graph: Graph, socket: Socket, target: str) -> Source:
+    """Where a socket's value comes from."""
+    if socket.node < 0:
+        return Source(-1, "", socket.kind, target, constant(socket.value, target))
+    kind = graph.nodes[socket.node].output_kinds.get(socket.output, "VALUE")
+    return Source(socket.node, socket.output, kind, target, None)
+
+
+def _fold(calls: list[Call]) -> list[bool]:
+    """Run what does not vary; returns which calls vary."""
+    varying: list[bool] = []
+    values: list = []
+    for call in calls:
+        _prune_mix(call, varying, values)
+        varies = call.kind.varies(call.node, call.props["used"]) or any(
+            source.call >= 0 and varying[source.call] for source in call.inputs.values()
+        )
+        varying.append(bool(varies))
+        if not varies:
+            call.outputs = call.run(values, None)
+        values.append(call.outputs)
+    return varying
+
+
+def _prune_mix(call: Call, varying: list[bool], values: list) -> None:
+    """Unlink the shader that a constant factor of 0 or 1 hides."""
+    if call.node.type != "ShaderNodeMixShader":
+        return
+    factor = call.inputs["Fac"]
+    if factor.call >= 0 and varying[factor.call]:
+        return
+    t = float(fetch(factor, values)[0])
+    hidden = "Shader" if t >= 1.0 else "Shader_001" if t <= 0.0 else None
+    if hidden in call.inputs:
+        call.inputs[hidden] = call.inputs[hidden]._replace(call=-1, value=[])
+
+
+def _reachable(calls: list[Call], surface: Source | None, varying: list[bool]) -> list[int]:
+    """Varying calls that the surface depends on, in order."""
+    seen: set[int] = set()
+    todo = [] if surface is None or surface.call < 0 else [surface.call]
+    while todo:
+        index = todo.pop()
+        if index in seen or not varying[index]:
+            continue
+        seen.add(index)
+        todo.extend(source.call for source in calls[index].inputs.values() if source.call >= 0)
+    return sorted(seen)
+
+
+def constant_background(graph: Graph | None) -> tuple[float, float, float] | None:
+    """Radiance of a world whose graph does not vary with direction; None: it varies. No graph or surface: black."""
+    if graph is None or graph.surface is None:
+        return (0.0, 0.0, 0.0)
+    program = compile_graph(graph, "World", [], IssueLog())
+    if not program.constant:
+        return None
+    return tuple(float(c) for c in program.emission()[0])
