@@ -116,7 +116,10 @@ def build_lights(
     world = np.asarray(scene.world.color, np.float64)
     if not np.all(np.isfinite(world)):
         raise RenderError(scene.world.name, "the world's colour is not finite", "check its strength")
-    if np.any(world != 0.0):
+    if np.any(world < 0.0):
+        issues.warn(scene.world.name, "a negative world is not supported: taken as 0", "use a positive strength")
+        world = np.maximum(world, 0.0)
+    if np.any(world):
         row = _Row(WORLD, world)
         row.flux = world * (4.0 * math.pi**2 * radius**2)
         row.power = math.pi * _weight(world)
@@ -129,7 +132,7 @@ def build_lights(
 def _pack(rows: list[_Row], triangles: dict, lookup: np.ndarray, sphere: tuple) -> LightTable:
     """Stack rows into arrays and add the selection tables."""
     flux = np.array([row.flux for row in rows], np.float64).reshape(-1, 3)
-    weights = np.abs(flux) @ LUMINANCE
+    weights = flux @ LUMINANCE
     uniform = np.full(len(rows), 1.0 / max(len(rows), 1))
     by_power = weights / weights.sum() if weights.sum() > 0.0 else uniform
 
@@ -162,8 +165,8 @@ def make_cdf(probabilities: np.ndarray) -> np.ndarray:
 
 
 def _weight(rgb: np.ndarray) -> float:
-    """Importance of a colour: luminance, where negative light counts like positive."""
-    return float(np.abs(rgb) @ LUMINANCE)
+    """Importance of a colour: its luminance."""
+    return float(rgb @ LUMINANCE)
 
 
 def _triangles(emitters: Emitters) -> dict[str, np.ndarray]:
@@ -172,7 +175,7 @@ def _triangles(emitters: Emitters) -> dict[str, np.ndarray]:
     e1, e2 = v1 - v0, v2 - v0
     area = 0.5 * np.linalg.norm(np.cross(e1, e2), axis=1)
     radiance = np.asarray(emitters.radiance, np.float64).reshape(-1, 3)
-    weights = area * (np.abs(radiance) @ LUMINANCE)
+    weights = area * (radiance @ LUMINANCE)
     total = weights.sum()
     cdf = make_cdf(weights / total) if total > 0.0 else np.zeros(len(weights))
     return {"tri_v0": v0, "tri_e1": e1, "tri_e2": e2, "tri_radiance": radiance, "tri_area": area, "tri_cdf": cdf}
@@ -183,7 +186,7 @@ def _mesh(triangles: dict[str, np.ndarray]) -> _Row:
     area, radiance = triangles["tri_area"], triangles["tri_radiance"]
     row = _Row(MESH, (area[:, None] * radiance).sum(0) / area.sum())
     row.flux = 2.0 * math.pi * (area[:, None] * radiance).sum(0)
-    row.power = float((area * (np.abs(radiance) @ LUMINANCE)).sum())  # intensity along the normal, one side
+    row.power = float((area * (radiance @ LUMINANCE)).sum())  # intensity along the normal, one side
     weights = np.diff(triangles["tri_cdf"], prepend=0.0)
     middle = triangles["tri_v0"] + (triangles["tri_e1"] + triangles["tri_e2"]) / 3.0
     row.position = weights @ middle
@@ -201,10 +204,11 @@ def _lamp(light: Light, origin: np.ndarray, issues: IssueLog) -> _Row | None:
         raise RenderError(light.name, "a number of this lamp is not finite", "check transform, size and strength")
     if light.kind not in KINDS:
         raise RenderError(light.name, f"no lamp is of kind {light.kind}", "use a point, spot, sun or area lamp")
+    if np.any(strength < 0.0):
+        issues.warn(light.name, "negative light is not supported: taken as 0", "use a positive power and colour")
+        strength = np.maximum(strength, 0.0)
     if not np.any(strength):
         return None
-    if np.any(strength < 0.0):
-        issues.info(light.name, "the strength is negative: this lamp takes light away")
     if not light.cast_shadow:
         issues.warn(light.name, "Cast Shadow off holds for direct light only: its photons stop at surfaces")
     flags = (SHADOW if light.cast_shadow else 0) | (CAMERA if light.visible_camera else 0)

@@ -216,5 +216,5 @@ def estimate_flux(lights, targets, numbers, flux):
             for i in range(n):
                 u0, u1, u2, u3 = numbers[i, 0], numbers[i, 1], numbers[i, 2], numbers[i, 3]
                 _, _, phi = emit_aimed(lights, targets, l, u_pick, u0, u1, u2, u3)
-                total += abs(luminance(phi))
+                total += luminance(phi)
             flux[l, c] = total / (n * count)
