@@ -7,7 +7,6 @@ from typing import Any
 from ..issues import IssueLog
 from ..scene.data import Graph, Instance, Material, Mesh, SceneData
 from .cameras import extract_camera, extract_frame
-from .compat import node_tree_of
 from .images import ImageTable
 from .instances import Occurrence, make_instance, slot_materials, visible_occurrences
 from .lights import extract_light
@@ -33,9 +32,7 @@ def extract_scene(depsgraph: Any, issues: IssueLog, *, view_layer: Any = None, c
         extraction.add(item)
     extraction.read_meshes()
     world = layer.world_override or scene.world
-    graph = None
-    if world is not None and node_tree_of(world) is not None:
-        graph = world_graph(world, extraction.images, issues)
+    graph = world_graph(world, extraction.images, issues) if world is not None else None
     data.world = extract_world(world, graph, issues)
     data.images = extraction.images.images
     return data
@@ -66,8 +63,7 @@ class _Extraction:
         block = item.object.data
         key = block.as_pointer()
         if key not in self._light_graphs:
-            tree = node_tree_of(block)
-            self._light_graphs[key] = light_graph(block, self.images, self.issues) if tree is not None else None
+            self._light_graphs[key] = light_graph(block, self.images, self.issues)
         light = extract_light(item.object, item.matrix, self._light_graphs[key], self.issues)
         if light is not None:
             self.data.lights.append(light)

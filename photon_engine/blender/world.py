@@ -10,14 +10,9 @@ from .lights import constant_emission
 
 
 def extract_world(world: Any | None, graph: Graph | None, issues: IssueLog) -> World:
-    """The world's constant radiance; a graph that varies is kept, reported, and its unlinked Background used.
-
-    ``graph`` is None for a world without nodes, whose radiance is its viewport colour.
-    """
-    if world is None:
+    """The world's constant radiance; a graph that varies is kept, reported, and its unlinked Background used."""
+    if world is None or graph is None:
         return World()
-    if graph is None:
-        return World(name=world.name, color=tuple(world.color))
     _report_unsupported(world, graph, issues)
     if graph.surface is None:
         return World(name=world.name, graph=graph)

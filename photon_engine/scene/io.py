@@ -48,7 +48,10 @@ def save_scene(scene: data.SceneData, path: str | os.PathLike) -> None:
 def load_scene(path: str | os.PathLike) -> data.SceneData:
     """Read a scene file; a RenderError says what is wrong with a missing, foreign, broken or inconsistent one."""
     try:
-        with np.load(path, allow_pickle=False) as archive:
+        archive = np.load(path, allow_pickle=False)
+        if not isinstance(archive, np.lib.npyio.NpzFile):
+            raise RenderError(str(path), "is not a scene file", "save the scene again")
+        with archive:
             arrays = {name: archive[name] for name in archive.files}
     except FileNotFoundError:
         raise RenderError(str(path), "there is no such file", "check the path") from None
@@ -56,8 +59,6 @@ def load_scene(path: str | os.PathLike) -> data.SceneData:
         raise RenderError(str(path), f"cannot be read: {error}", "check the file") from error
     except (ValueError, EOFError, zipfile.BadZipFile, zipfile.LargeZipFile, NotImplementedError, KeyError) as error:
         raise RenderError(str(path), "is not a scene file, or is damaged", "save the scene again") from error
-    except AttributeError:  # a bare .npy array is no archive
-        raise RenderError(str(path), "is not a scene file", "save the scene again") from None
     try:
         scene = _decode_tree(arrays)
         check_scene(scene)

@@ -1,0 +1,1 @@
+"""Filters, apertures and rays against their densities and closed forms."""
