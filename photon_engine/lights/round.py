@@ -118,4 +118,4 @@ def round_hit(lights, l, o, d):
         return math.inf, 0.0, 0.0
     h = round_cone(lights, l, distance)
     t = round_distance(lights, l, distance, along / distance)
-    return t, round_gain(lights, l, d, distance), 1.0 / (2.0 * math.pi * h)
+    return t, round_gain(lights, l, scale(d, -1.0), distance), 1.0 / (2.0 * math.pi * h)
