@@ -22,23 +22,24 @@ EMISSION = 7  # radiates `weight`, both sides
 HOLDOUT = 8
 
 # Fresnel modes of REFLECT and GLASS
-FRESNEL_NONE = 0  # 1 (Glossy BSDF: weight is the colour)
+FRESNEL_NONE = 0  # 1 (Glossy BSDF: weight is the colour; COLOR_A = colour too, for MULTISCATTER)
 FRESNEL_DIELECTRIC = 1  # unpolarised Fresnel of IOR
 FRESNEL_F82 = 2  # metal: COLOR_A = F0, COLOR_B = tint at 82 degrees
 FRESNEL_GENERALIZED = 3  # dielectric shape between COLOR_A = F0 and COLOR_B = F90, normalised by IOR
+FRESNEL_CONDUCTOR = 4  # metal of index n + ik: COLOR_A = n, COLOR_B = k
 
 # fields
 WEIGHT = 0  # 3: colour times mixing weight
 ROUGHNESS = 3  # Blender's, unsquared
 ANISOTROPY = 4  # reserved
-IOR = 5  # of the inside over the outside (a back face inverts it)
+IOR = 5  # of the inside over the outside (for GLASS and REFRACT a back face inverts it)
 FRESNEL = 6  # a mode
-COLOR_A = 7  # 3
-COLOR_B = 10  # 3: GLASS: transmission tint, with COLOR_A the reflection tint
+COLOR_A = 7  # 3; DIFFUSE with roughness: the albedo
+COLOR_B = 10  # 3; GLASS: transmission tint, with COLOR_A the reflection tint (GENERALIZED: F0; F90 is 1)
 HAS_NORMAL = 13  # 1: NORMAL replaces the surface's shading normal
 NORMAL = 14  # 3: unit, world, on the side of the geometric normal
 GROUP = 17  # lobes of the same group > 0 are layered: see LAYER
-LAYER = 18  # > 0: later lobes of the group get what this lobe's albedo leaves (coat, specular, sheen)
+LAYER = 18  # > 0: share covered (coat weight; specular: 1); later lobes of the group get what its albedo leaves
 MULTISCATTER = 19  # 1: energy lost between microfacets is given back (Multiscatter GGX)
 TINT = 20  # 3: coat tint: what passes under this layer is multiplied by TINT^(1/cos in the coat)
 N_FIELDS = 24

@@ -1,0 +1,124 @@
+"""Weights of a row's lobes as seen from one direction: layers attenuate what lies below, facets' losses return."""
+
+from __future__ import annotations
+
+import math
+
+from ..jit import kernel
+from ..vec import dot, max3, mul
+from .albedo import ONE, field3, glass_estimate, multiscatter, reflect_albedo
+from .frame import facet_normal
+from .glass import is_delta, side_eta
+from .layout import (
+    CLASS_NULL,
+    CLASS_ROUGH,
+    CLASS_SHARP,
+    DIFFUSE,
+    EMISSION,
+    GLASS,
+    GROUP,
+    HOLDOUT,
+    IOR,
+    LAYER,
+    NONE,
+    REFLECT,
+    ROUGHNESS,
+    TINT,
+    TRANSLUCENT,
+    TRANSPARENT,
+    WEIGHT,
+)
+
+CLASS_NOTHING = -2  # of lobes that scatter nothing (emission, holdout)
+
+
+@kernel
+def lobe_class(rows, row, k, threshold):
+    """Class of a lobe; facets are sharp below the roughness threshold, and always when they have no density."""
+    kind = rows.kind[row, k]
+    if kind == DIFFUSE or kind == TRANSLUCENT:
+        return CLASS_ROUGH
+    if kind == TRANSPARENT:
+        return CLASS_NULL
+    if kind == EMISSION or kind == HOLDOUT or kind == NONE:
+        return CLASS_NOTHING
+    if rows.params[row, k, ROUGHNESS] < threshold or is_delta(rows, row, k):
+        return CLASS_SHARP
+    return CLASS_ROUGH
+
+
+@kernel
+def facet_response(rows, row, k, ns, ng, wo):
+    """(scale, darkening rgb, albedo estimate rgb, cosine) of a REFLECT, GLASS or REFRACT lobe seen from wo.
+
+    The lobe's weight is to be multiplied by scale and darkening; the estimate is for unit weight, without them.
+    """
+    front = dot(wo, ng) >= 0.0
+    mu = dot(facet_normal(rows, row, k, ns, ng, wo, front), wo)
+    kind = rows.kind[row, k]
+    if kind == REFLECT:
+        scale, dark = multiscatter(rows, row, k, mu, 1.0)
+        return scale, dark, reflect_albedo(rows, row, k, mu), mu
+    if kind == GLASS:
+        eta = side_eta(rows, row, k, front)
+        scale, dark = multiscatter(rows, row, k, mu, eta)
+        return scale, dark, glass_estimate(rows, row, k, mu, eta), mu
+    return 1.0, ONE, ONE, mu
+
+
+@kernel
+def passes_below(rows, row, k, albedo, mu):
+    """Factor (rgb) of all later lobes of the group under a layer with this albedo estimate.
+
+    1 - cover max(albedo), times a coat's tint^(1 / cos in the coat) where it covers (absorption along the path).
+    """
+    cover = float(rows.params[row, k, LAYER])
+    rest = min(max(1.0 - cover * max3(albedo), 0.0), 1.0)
+    tint = field3(rows, row, k, TINT)
+    if tint[0] == 1.0 and tint[1] == 1.0 and tint[2] == 1.0:
+        return (rest, rest, rest)
+    ior = float(rows.params[row, k, IOR])
+    depth = 1.0 / math.sqrt(1.0 - (1.0 - mu * mu) / (ior * ior))
+    return (
+        rest * (1.0 + cover * (tint[0] ** depth - 1.0)),
+        rest * (1.0 + cover * (tint[1] ** depth - 1.0)),
+        rest * (1.0 + cover * (tint[2] ** depth - 1.0)),
+    )
+
+
+@kernel
+def weigh(rows, row, ns, ng, wo, scratch, column):
+    """Effective weights seen from wo into scratch[k, column : column + 3].
+
+
+    Returns the number of lobes in the row. With column 0, scratch[k, 3] gets the luminance of weight times albedo.
+    """
+    below = ONE
+    group = 0.0
+    n_lobes = rows.kind.shape[1]
+    for k in range(rows.kind.shape[1]):
+        kind = rows.kind[row, k]
+        if kind == NONE:
+            n_lobes = k
+            break
+        w = field3(rows, row, k, WEIGHT)
+        g = rows.params[row, k, GROUP]
+        if g != group:
+            group = g
+            below = ONE
+        if g > 0.0:
+            w = mul(w, below)
+        albedo = w
+        if kind >= REFLECT and kind < TRANSPARENT:
+            scale, dark, estimate, mu = facet_response(rows, row, k, ns, ng, wo)
+            w = mul(w, dark)
+            albedo = mul(w, estimate)
+            w = (w[0] * scale, w[1] * scale, w[2] * scale)
+            if rows.params[row, k, LAYER] > 0.0:
+                below = mul(below, passes_below(rows, row, k, mul(dark, estimate), mu))
+        scratch[k, column] = w[0]
+        scratch[k, column + 1] = w[1]
+        scratch[k, column + 2] = w[2]
+        if column == 0:
+            scratch[k, 3] = 0.2126 * albedo[0] + 0.7152 * albedo[1] + 0.0722 * albedo[2]
+    return n_lobes

@@ -1,0 +1,56 @@
+"""DIFFUSE and TRANSLUCENT lobes. Values are for a lobe of unit weight.
+
+Eye paths sample about the lobe's normal. Photons sample about the geometric normal: the weight
+f |n.wo| |ng.wi| / (|ng.wo| pdf) then has no cosine below the bar that can vanish.
+"""
+
+from __future__ import annotations
+
+from ..jit import kernel
+from ..vec import dot
+from .albedo import field3
+from .diffuse import INV_PI, oren_nayar, sample_cosine
+from .frame import negate
+from .layout import COLOR_A, DIFFUSE, ROUGHNESS
+from .reflect import BLACK
+
+SMOOTH = 1e-5  # an Oren-Nayar roughness below this is Lambert
+
+
+@kernel
+def matte_value(rows, row, k, cos_light, cos_view, light_view):
+    """f (rgb, without cosine) of a lit pair of directions: Lambert, or Oren-Nayar of a rough DIFFUSE lobe."""
+    rough = float(rows.params[row, k, ROUGHNESS])
+    if rows.kind[row, k] == DIFFUSE and rough >= SMOOTH:
+        return oren_nayar(cos_light, max(cos_view, 0.0), light_view, rough, field3(rows, row, k, COLOR_A))
+    return (INV_PI, INV_PI, INV_PI)
+
+
+@kernel
+def eval_matte(rows, row, k, n, ng, wo, wi, adjoint):
+    """(f rgb without cosine [1/sr], pdf_w of `sample_matte`); n, ng on the side of wo.
+
+    adjoint : light comes from wo and is seen from wi, instead of the other way round.
+    """
+    side = 1.0 if rows.kind[row, k] == DIFFUSE else -1.0
+    about = ng if adjoint else n
+    cos_s = side * dot(about, wi)
+    if cos_s <= 0.0:
+        return BLACK, 0.0
+    pdf = cos_s * INV_PI
+    cos_o = dot(n, wo)
+    if adjoint:
+        if cos_o <= 0.0:
+            return BLACK, pdf
+        return matte_value(rows, row, k, cos_o, dot(n, wi), dot(wo, wi)), pdf
+    return matte_value(rows, row, k, cos_s, cos_o, dot(wo, wi)), pdf
+
+
+@kernel
+def sample_matte(rows, row, k, n, ng, u, adjoint):
+    """(wi, pdf_w) with density cos / pi about n (eye) or ng (photon), on the lobe's side; u[1], u[2] are used."""
+    about = ng if adjoint else n
+    if rows.kind[row, k] != DIFFUSE:
+        about = negate(about)
+    wi = sample_cosine(about, u[1], u[2])
+    return wi, dot(about, wi) * INV_PI

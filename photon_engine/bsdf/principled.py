@@ -1,0 +1,125 @@
+"""Blender's Principled BSDF as a list of lobes: alpha, coat, emission, metal, transmission, specular, diffuse.
+
+Coat and specular are layers (`layout.LAYER`): what they reflect, as seen from the eye, is taken from what follows.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from . import layout as lay
+from .layout import Lobe
+from .recipes import MULTI, color, column, diffuse, emission, make, next_group, transparent, unit
+
+CUTOFF = 1e-5  # weights below this count as absent
+MAX_F0 = 0.99
+
+
+@dataclass
+class PrincipledInputs:
+    """Inputs of the node, each one value or one for each hit, as in `recipes`; defaults are Blender's."""
+
+    base_color: Any = 0.8
+    metallic: Any = 0.0
+    roughness: Any = 0.5
+    ior: Any = 1.5
+    alpha: Any = 1.0
+    normal: Any = None
+    diffuse_roughness: Any = 0.0
+    specular_ior_level: Any = 0.5
+    specular_tint: Any = 1.0
+    transmission_weight: Any = 0.0
+    coat_weight: Any = 0.0
+    coat_roughness: Any = 0.03
+    coat_ior: Any = 1.5
+    coat_tint: Any = 1.0
+    coat_normal: Any = None
+    emission_color: Any = 1.0
+    emission_strength: Any = 0.0
+    distribution: str = MULTI
+
+
+def principled(**inputs: Any) -> list[Lobe]:
+    """Lobes of a Principled BSDF; the keywords are the fields of `PrincipledInputs`."""
+    node = PrincipledInputs(**inputs)
+    group = column(next_group())
+    alpha = unit(node.alpha)
+    weight = alpha.copy()
+    lobes = transparent(1.0 - alpha)
+    lobes += coat(node, weight, group)
+    lobes += grouped(emission(color(node.emission_color) * weight[:, None], node.emission_strength), group)
+    metallic = floor(unit(node.metallic))
+    lobes += metal(node, weight * metallic, group)
+    weight = weight * (1.0 - metallic)
+    transmission = floor(unit(node.transmission_weight))
+    lobes += transmitted(node, weight * transmission, group)
+    weight = weight * (1.0 - transmission)
+    lobes += specular(node, weight, group)
+    base = diffuse(node.base_color, node.diffuse_roughness, node.normal, weight)
+    return lobes + grouped(base, group)
+
+
+def floor(value: np.ndarray) -> np.ndarray:
+    """The value, 0 where it is below the cutoff."""
+    return np.where(value > CUTOFF, value, 0.0)
+
+
+def grouped(lobes: list[Lobe], group: np.ndarray) -> list[Lobe]:
+    """The lobes as members of a layered group."""
+    return [Lobe(lobe.kind, lobe.weight, {**lobe.fields, lay.GROUP: group}) for lobe in lobes]
+
+
+def coat(node: PrincipledInputs, weight: np.ndarray, group: np.ndarray) -> list[Lobe]:
+    """The clear coat: a dielectric mirror over everything but alpha. Its normal is the surface's unless given."""
+    cover = floor(np.maximum(column(node.coat_weight), 0.0))
+    return make(
+        lay.REFLECT, weight * cover, node.coat_normal if node.coat_normal is not None else node.normal,
+        roughness=unit(node.coat_roughness), fresnel=column(lay.FRESNEL_DIELECTRIC),
+        ior=np.maximum(column(node.coat_ior), 1.0), group=group, layer=cover, tint=color(node.coat_tint),
+    )  # fmt: skip
+
+
+def metal(node: PrincipledInputs, weight: np.ndarray, group: np.ndarray) -> list[Lobe]:
+    """The metallic part: F82-tint of base colour and specular tint."""
+    return make(
+        lay.REFLECT, weight, node.normal, roughness=unit(node.roughness), fresnel=column(lay.FRESNEL_F82),
+        ior=column(1.5), color_a=np.minimum(color(node.base_color), 1.0),
+        color_b=np.minimum(color(node.specular_tint), 1.0), multiscatter=column(node.distribution == MULTI), group=group,
+    )  # fmt: skip
+
+
+def transmitted(node: PrincipledInputs, weight: np.ndarray, group: np.ndarray) -> list[Lobe]:
+    """The glassy part: tinted F0, and the root of the base colour at each crossing."""
+    ior = np.maximum(column(node.ior), 1e-5)
+    f0 = ((ior - 1.0) / (ior + 1.0)) ** 2
+    return make(
+        lay.GLASS, weight, node.normal, roughness=unit(node.roughness), fresnel=column(lay.FRESNEL_GENERALIZED),
+        ior=ior, color_a=np.minimum(color(node.specular_tint) * f0[:, None], 1.0),
+        color_b=np.sqrt(np.minimum(color(node.base_color), 1.0)), multiscatter=column(node.distribution == MULTI),
+        group=group,
+    )  # fmt: skip
+
+
+def specular_index(node: PrincipledInputs) -> tuple[np.ndarray, np.ndarray]:
+    """(eta, F0) of the specular layer: the level scales F0 (0.5: as the index says) and bends the index to it."""
+    ior = np.maximum(column(node.ior), 1e-5)
+    level = np.maximum(column(node.specular_ior_level), 0.0)
+    f0 = ((ior - 1.0) / (ior + 1.0)) ** 2 * 2.0 * level
+    root = np.sqrt(np.clip(f0, 0.0, MAX_F0))
+    bent = (1.0 + root) / (1.0 - root)
+    return np.where(level == 0.5, ior, np.where(ior < 1.0, 1.0 / bent, bent)), f0
+
+
+def specular(node: PrincipledInputs, weight: np.ndarray, group: np.ndarray) -> list[Lobe]:
+    """The dielectric specular layer over the diffuse base."""
+    eta, f0 = specular_index(node)
+    here = (eta != 1.0).astype(float)
+    return make(
+        lay.REFLECT, weight * here, node.normal, roughness=unit(node.roughness),
+        fresnel=column(lay.FRESNEL_GENERALIZED), ior=eta, color_a=np.minimum(color(node.specular_tint) * f0[:, None], 1.0),
+        color_b=np.ones((1, 3)), multiscatter=column(node.distribution == MULTI), group=group, layer=here,
+        tint=np.ones((1, 3)),
+    )  # fmt: skip

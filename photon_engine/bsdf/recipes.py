@@ -1,0 +1,145 @@
+"""Lobes of Blender's shader nodes: numpy constructors that take one value or one for each hit.
+
+Colours are (3,), (1, 3) or (n, 3) linear; numbers are scalars, (1,) or (n,). A normal is None (the surface's own)
+or (n, 3), unit, world, on the side of the geometric normal. Roughness is Blender's, unsquared. Lobes whose weight
+is zero for all hits are left out.
+"""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+
+from . import layout as lay
+from .layout import Lobe
+
+MULTI = "MULTI_GGX"
+_group_ids = itertools.count(1)
+
+
+def column(value) -> np.ndarray:
+    """A number for each hit as (n,) or (1,) float64."""
+    return np.atleast_1d(np.asarray(value, np.float64))
+
+
+def color(value) -> np.ndarray:
+    """A colour for each hit as (n, 3) or (1, 3) float64, not negative; a number is a grey, a 4th channel is cut."""
+    value = np.asarray(value, np.float64)
+    if value.ndim == 0 or (value.ndim == 1 and value.shape[0] not in (3, 4)):
+        value = np.repeat(np.atleast_1d(value)[:, None], 3, axis=1)
+    return np.maximum(np.atleast_2d(value)[:, :3], 0.0)
+
+
+def unit(value) -> np.ndarray:
+    """A number for each hit, clamped to [0, 1]."""
+    return np.clip(column(value), 0.0, 1.0)
+
+
+def next_group() -> int:
+    """A group number not used before (wraps inside the integers that float32 holds exactly)."""
+    return next(_group_ids) % 1_000_000 + 1
+
+
+def make(kind: int, weight, normal=None, **fields) -> list[Lobe]:
+    """A list of one lobe, or none when it weighs nothing anywhere. Fields are named as in `layout`."""
+    weight = color(weight)
+    if not weight.any():
+        return []
+    values = {getattr(lay, name.upper()): value for name, value in fields.items()}
+    if normal is not None:
+        values[lay.HAS_NORMAL] = np.ones(1)
+        values[lay.NORMAL] = np.atleast_2d(np.asarray(normal, np.float64))
+    return [Lobe(kind, weight, values)]
+
+
+def diffuse(base, roughness=0.0, normal=None, weight=1.0) -> list[Lobe]:
+    """Diffuse BSDF: Lambert, or Oren-Nayar where roughness > 0."""
+    base = color(base)
+    return make(
+        lay.DIFFUSE, base * color(weight), normal, roughness=unit(roughness), color_a=np.minimum(base, 1.0)
+    )
+
+
+def translucent(base, normal=None) -> list[Lobe]:
+    """Translucent BSDF: Lambert through the surface."""
+    return make(lay.TRANSLUCENT, base, normal)
+
+
+def transparent(base) -> list[Lobe]:
+    """Transparent BSDF: straight on, tinted."""
+    return make(lay.TRANSPARENT, base)
+
+
+def emission(base, strength=1.0) -> list[Lobe]:
+    """Emission: radiance base times strength [W/m^2/sr], from both sides."""
+    return make(lay.EMISSION, color(base) * column(strength)[:, None])
+
+
+def holdout() -> list[Lobe]:
+    """Holdout: a hole in the picture."""
+    return make(lay.HOLDOUT, 1.0)
+
+
+def glossy(base, roughness, normal=None, distribution=MULTI) -> list[Lobe]:
+    """Glossy BSDF: a GGX mirror without Fresnel."""
+    base = color(base)
+    return make(
+        lay.REFLECT, base, normal, roughness=unit(roughness), fresnel=column(lay.FRESNEL_NONE), ior=column(1.5),
+        color_a=base, multiscatter=column(distribution == MULTI),
+    )  # fmt: skip
+
+
+def metallic_f82(base, edge_tint, roughness, normal=None, distribution=MULTI) -> list[Lobe]:
+    """Metallic BSDF, F82 tint."""
+    return make(
+        lay.REFLECT, 1.0, normal, roughness=unit(roughness), fresnel=column(lay.FRESNEL_F82), ior=column(1.5),
+        color_a=np.minimum(color(base), 1.0), color_b=np.minimum(color(edge_tint), 1.0),
+        multiscatter=column(distribution == MULTI),
+    )  # fmt: skip
+
+
+def metallic_conductor(index, extinction, roughness, normal=None, distribution=MULTI) -> list[Lobe]:
+    """Metallic BSDF, physical conductor of complex index n + ik for each channel."""
+    return make(
+        lay.REFLECT, 1.0, normal, roughness=unit(roughness), fresnel=column(lay.FRESNEL_CONDUCTOR), ior=column(1.5),
+        color_a=color(index), color_b=color(extinction), multiscatter=column(distribution == MULTI),
+    )  # fmt: skip
+
+
+def glass(base, roughness, ior, normal=None, distribution=MULTI) -> list[Lobe]:
+    """Glass BSDF: reflects and refracts by Fresnel, both tinted."""
+    base = color(base)
+    return make(
+        lay.GLASS, np.any(base > 0.0, axis=1).astype(float)[:, None] * np.ones(3), normal, roughness=unit(roughness),
+        fresnel=column(lay.FRESNEL_DIELECTRIC), ior=np.maximum(column(ior), 1e-5), color_a=base, color_b=base,
+        multiscatter=column(distribution == MULTI),
+    )  # fmt: skip
+
+
+def refraction(base, roughness, ior, normal=None) -> list[Lobe]:
+    """Refraction BSDF: refracts only; total internal reflection is black."""
+    return make(lay.REFRACT, base, normal, roughness=unit(roughness), ior=np.maximum(column(ior), 1e-5))
+
+
+def scale_lobes(lobes: list[Lobe], weight) -> list[Lobe]:
+    """The lobes times a factor (number or colour for each hit), for Mix and Add Shader; their layers stay apart."""
+    factor = color(weight)
+    groups: dict[float, float] = {}
+    out = []
+    for lobe in lobes:
+        scaled = lobe.weight * factor
+        fields = dict(lobe.fields)
+        if lay.GROUP in fields:
+            old = float(fields[lay.GROUP][0])
+            fields[lay.GROUP] = column(groups.setdefault(old, next_group()))
+        if scaled.any():
+            out.append(Lobe(lobe.kind, scaled, fields))
+    return out
+
+
+def principled(**inputs) -> list[Lobe]:
+    """Principled BSDF; keywords as in `principled.PrincipledInputs`."""
+    from .principled import principled as build
+
+    return build(**inputs)

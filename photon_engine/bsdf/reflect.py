@@ -1,0 +1,95 @@
+"""REFLECT lobes: GGX mirrors under any Fresnel curve. Values are for a lobe of unit weight."""
+
+from __future__ import annotations
+
+from ..jit import kernel
+from ..vec import add, dot, normalize
+from .albedo import ONE, field3, mix3
+from .fresnel import fresnel_conductor, fresnel_dielectric, fresnel_f82, schlick_share
+from .layout import (
+    COLOR_A,
+    COLOR_B,
+    FRESNEL,
+    FRESNEL_CONDUCTOR,
+    FRESNEL_DIELECTRIC,
+    FRESNEL_F82,
+    FRESNEL_NONE,
+    IOR,
+    ROUGHNESS,
+)
+from .microfacet import DELTA_ALPHA, ggx_d, ggx_lambda, sample_vndf, sin2_between
+
+BLACK = (0.0, 0.0, 0.0)
+UP = (0.0, 0.0, 1.0)
+
+
+@kernel
+def reflect_fresnel(rows, row, k, c):
+    """Reflectance (rgb) of a REFLECT lobe's facet met at the cosine c."""
+    mode = int(rows.params[row, k, FRESNEL])
+    if mode == FRESNEL_NONE:
+        return ONE
+    if mode == FRESNEL_DIELECTRIC:
+        f, _ = fresnel_dielectric(c, float(rows.params[row, k, IOR]))
+        return (f, f, f)
+    a = field3(rows, row, k, COLOR_A)
+    b = field3(rows, row, k, COLOR_B)
+    if mode == FRESNEL_F82:
+        return (fresnel_f82(c, a[0], b[0]), fresnel_f82(c, a[1], b[1]), fresnel_f82(c, a[2], b[2]))
+    if mode == FRESNEL_CONDUCTOR:
+        return (fresnel_conductor(c, a[0], b[0]), fresnel_conductor(c, a[1], b[1]), fresnel_conductor(c, a[2], b[2]))
+    eta = float(rows.params[row, k, IOR])
+    f, _ = fresnel_dielectric(c, eta)
+    return mix3(a, b, schlick_share(f, eta))
+
+
+@kernel
+def eval_reflect(rows, row, k, n, wo, wi):
+    """GGX reflection, f = F D G2 / (4 (n.wo) (n.wi)), and the density of `sample_reflect` [Walter et al. 2007, Eq. 20].
+
+    out : (f rgb without cosine [1/sr], pdf_w); zeros for a delta lobe or directions below n.
+    """
+    rough = float(rows.params[row, k, ROUGHNESS])
+    alpha = rough * rough
+    cos_o = dot(n, wo)
+    cos_i = dot(n, wi)
+    if cos_o <= 0.0 or cos_i <= 1e-9 or alpha <= DELTA_ALPHA:
+        return BLACK, 0.0
+    h = normalize(add(wo, wi))
+    alpha2 = alpha * alpha
+    d = ggx_d(sin2_between(n, h), alpha2)
+    lambda_o = ggx_lambda(cos_o, alpha2)
+    pdf = d / (4.0 * cos_o * (1.0 + lambda_o))
+    s = d / (4.0 * cos_o * cos_i * (1.0 + lambda_o + ggx_lambda(cos_i, alpha2)))
+    f = reflect_fresnel(rows, row, k, dot(h, wo))
+    return (f[0] * s, f[1] * s, f[2] * s), pdf
+
+
+@kernel
+def sample_reflect(rows, row, k, n, ng, wo, u1, u2):
+    """Mirror wo in a visible facet.
+
+    n : the lobe's normal;  ng : geometric normal on the side of wo
+    out : (ok, wi, f cos / pdf rgb, pdf_w); pdf_w = 0 for a delta lobe. Not ok: wi would be below n or ng.
+    """
+    cos_o = dot(n, wo)
+    if cos_o <= 0.0:
+        return False, UP, BLACK, 0.0
+    rough = float(rows.params[row, k, ROUGHNESS])
+    alpha = rough * rough
+    h = n
+    if alpha > DELTA_ALPHA:
+        h = sample_vndf(wo, n, alpha, u1, u2)
+    c = dot(h, wo)
+    wi = (2.0 * c * h[0] - wo[0], 2.0 * c * h[1] - wo[1], 2.0 * c * h[2] - wo[2])
+    cos_i = dot(n, wi)
+    if cos_i <= 1e-9 or dot(ng, wi) <= 0.0:
+        return False, UP, BLACK, 0.0
+    f = reflect_fresnel(rows, row, k, c)
+    if alpha <= DELTA_ALPHA:
+        return True, wi, f, 0.0
+    alpha2 = alpha * alpha
+    g_o = 1.0 + ggx_lambda(cos_o, alpha2)
+    s = g_o / (g_o + ggx_lambda(cos_i, alpha2))
+    pdf = ggx_d(sin2_between(n, h), alpha2) / (4.0 * cos_o * g_o)
+    return True, wi, (f[0] * s, f[1] * s, f[2] * s), pdf

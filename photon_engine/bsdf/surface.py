@@ -1,0 +1,207 @@
+"""Scattering at a hit, as the transport kernels see it: rows of lobes in, directions and weights out.
+
+Weights of refraction conserve flux. Radiance along an eye path scales by 1/eta^2 where it crosses; that factor is
+not in the weight of `sample` (the caller multiplies) but is in f of `eval_rough` (which ends a path).
+"""
+
+from __future__ import annotations
+
+import math
+
+from ..jit import kernel
+from ..vec import dot, scale
+from .frame import facet_normal, lobe_normal, negate
+from .glass import sample_glass, side_eta
+from .layering import lobe_class, weigh
+from .layout import (
+    CLASS_NULL,
+    CLASS_ROUGH,
+    CLASS_SHARP,
+    DIFFUSE,
+    EMISSION,
+    GROUP,
+    HAS_NORMAL,
+    MULTISCATTER,
+    NONE,
+    REFLECT,
+    TRANSLUCENT,
+    TRANSPARENT,
+)
+from .matte import eval_matte, sample_matte
+from .reflect import BLACK, UP, sample_reflect
+from .rough import EPSILON, rough_total
+
+CLASS_ANY = -1
+
+
+@kernel
+def prepare(rows, row, ns, ng, wo, threshold, scratch):
+    """Weights and classes of the row's lobes as seen from wo, for the functions below.
+
+    ns, ng : shading and geometric normals; dot(wo, ng) < 0 is the back side
+    threshold : lobes of a roughness (as in the material) below it are sharp
+    scratch : (K, 8) f64; [k, 0:3] effective weight, [k, 3] sampling weight, [k, 4] class; [k, 5:8] is used by photons
+    out : summed sampling weights (luminances) of the classes null, sharp, rough.
+    """
+    n_lobes = weigh(rows, row, ns, ng, wo, scratch, 0)
+    p_null = 0.0
+    p_sharp = 0.0
+    p_rough = 0.0
+    for k in range(n_lobes):
+        c = lobe_class(rows, row, k, threshold)
+        scratch[k, 4] = c
+        s = scratch[k, 3]
+        if c == CLASS_ROUGH:
+            p_rough += s
+        elif c == CLASS_SHARP:
+            p_sharp += s
+        elif c == CLASS_NULL:
+            p_null += s
+    return p_null, p_sharp, p_rough
+
+
+@kernel
+def emission(rows, row, scratch):
+    """Radiance [W/m^2/sr] that the surface emits toward wo; after `prepare`."""
+    r = 0.0
+    g = 0.0
+    b = 0.0
+    for k in range(rows.kind.shape[1]):
+        kind = rows.kind[row, k]
+        if kind == NONE:
+            break
+        if kind == EMISSION:
+            r += scratch[k, 0]
+            g += scratch[k, 1]
+            b += scratch[k, 2]
+    return (r, g, b)
+
+
+@kernel
+def choose(rows, row, scratch, cls, u):
+    """A lobe of the class by sampling weight: (k or -1, u stretched again, summed weight, lobes of the class)."""
+    total = 0.0
+    count = 0
+    last = -1
+    for k in range(rows.kind.shape[1]):
+        if rows.kind[row, k] == NONE:
+            break
+        c = scratch[k, 4]
+        if (c == cls or (cls == CLASS_ANY and c >= 0.0)) and scratch[k, 3] > 0.0:
+            total += scratch[k, 3]
+            count += 1
+            last = k
+    if count <= 1:
+        return last, u, total, count
+    x = u * total
+    for k in range(last):
+        c = scratch[k, 4]
+        if (c == cls or (cls == CLASS_ANY and c >= 0.0)) and scratch[k, 3] > 0.0:
+            if x < scratch[k, 3]:
+                return k, x / scratch[k, 3], total, count
+            x -= scratch[k, 3]
+    return last, min(max(x / scratch[last, 3], 0.0), 1.0 - 1e-12), total, count
+
+
+@kernel
+def photon_factor(n, ng, wo, wi):
+    """Shading-normal factor |n.wo| |ng.wi| / (|ng.wo| |n.wi|) of a photon [Veach 1997, Eq. 5.19]."""
+    low = abs(dot(ng, wo) * dot(n, wi))
+    return abs(dot(n, wo) * dot(ng, wi)) / low if low > EPSILON else 0.0
+
+
+@kernel
+def sample_lobe(rows, row, k, ns, ng, wo, u, adjoint):
+    """Direction from lobe k of unit weight: (ok, wi, f cos / pdf rgb, pdf_w, eta), photon factor included."""
+    front = dot(wo, ng) >= 0.0
+    kind = rows.kind[row, k]
+    near = ng if front else negate(ng)
+    if kind == TRANSPARENT:
+        return True, negate(wo), (1.0, 1.0, 1.0), 0.0, 1.0
+    if kind == DIFFUSE or kind == TRANSLUCENT:
+        n = lobe_normal(rows, row, k, ns, front)
+        wi, pdf = sample_matte(rows, row, k, n, near, u, adjoint)
+        if pdf <= 0.0 or (dot(near, wi) > 0.0) != (kind == DIFFUSE):
+            return False, UP, BLACK, 0.0, 1.0
+        f, _ = eval_matte(rows, row, k, n, near, wo, wi, adjoint)
+        s = math.pi
+        if adjoint:
+            s *= dot(n, wo) / max(dot(near, wo), EPSILON)
+        return True, wi, scale(f, s), pdf, 1.0
+    n = facet_normal(rows, row, k, ns, ng, wo, front)
+    eta = 1.0
+    if kind == REFLECT:
+        ok, wi, value, pdf = sample_reflect(rows, row, k, n, near, wo, u[1], u[2])
+    else:
+        crossed = side_eta(rows, row, k, front)
+        ok, wi, value, pdf, through = sample_glass(rows, row, k, n, near, wo, crossed, u)
+        if through:
+            eta = crossed
+    if adjoint and ok:
+        value = scale(value, photon_factor(n, ng, wo, wi))
+    return ok, wi, value, pdf, eta
+
+
+@kernel
+def needs_adjoint_weights(rows, row, k):
+    """Whether a lobe's effective weight depends on the view."""
+    return rows.params[row, k, GROUP] > 0.0 or rows.params[row, k, MULTISCATTER] != 0.0
+
+
+@kernel
+def sample(rows, row, ns, ng, wo, cls, scratch, u, adjoint, threshold):
+    """Where a path goes on, from one lobe of the class; after `prepare` with the same wo.
+
+    cls : CLASS_NULL, CLASS_SHARP, CLASS_ROUGH or CLASS_ANY;  u : three numbers in [0, 1)
+    adjoint : 0 for paths from the eye, 1 for photons (wo points to where the photon came from)
+    threshold : as in `prepare`
+    out : (ok, wi, weight rgb, pdf_w, eta); weight = f |cos| / pdf, over the lobes of the class; of the rough ones
+    all count in f and pdf (MIS against `eval_rough`). pdf_w = 0 for a delta lobe. eta: index beyond over index here
+    where the path crosses, else 1; an eye path multiplies by 1 / eta^2 itself.
+    """
+    k, u0, total, count = choose(rows, row, scratch, cls, u[0])
+    if k < 0:
+        return False, UP, BLACK, 0.0, 1.0
+    ok, wi, value, pdf, eta = sample_lobe(rows, row, k, ns, ng, wo, (u0, u[1], u[2]), adjoint)
+    if not ok:
+        return False, UP, BLACK, 0.0, 1.0
+    column = 0
+    if adjoint:
+        column = 5
+        if count > 1 or needs_adjoint_weights(rows, row, k):
+            weigh(rows, row, ns, ng, wi, scratch, 5)
+        else:
+            scratch[k, 5] = scratch[k, 0]
+            scratch[k, 6] = scratch[k, 1]
+            scratch[k, 7] = scratch[k, 2]
+    share = scratch[k, 3] / total
+    if scratch[k, 4] == CLASS_ROUGH and (count > 1 or rows.params[row, k, HAS_NORMAL] != 0.0):
+        value, density = rough_total(rows, row, ns, ng, wo, wi, scratch, adjoint)
+        pdf = density / total
+        if pdf <= 0.0:
+            return False, UP, BLACK, 0.0, 1.0
+        s = 1.0 / pdf if adjoint else eta * eta / pdf
+        return True, wi, scale(value, s), pdf, eta
+    s = 1.0 / share
+    weight = (value[0] * scratch[k, column] * s, value[1] * scratch[k, column + 1] * s, value[2] * scratch[k, column + 2] * s)
+    return True, wi, weight, pdf * share, eta
+
+
+@kernel
+def eval_rough(rows, row, ns, ng, wo, wi, scratch):
+    """All rough lobes for one pair of directions; after `prepare` with the same wo.
+
+    out : (f rgb [1/sr], pdf_w of `sample` with CLASS_ROUGH). f is without cosine: multiply by |ns.wi|, also where
+    lobes have normals of their own. It is for radiance toward wo: pairs through a refracting lobe are over eta^2.
+    """
+    value, density = rough_total(rows, row, ns, ng, wo, wi, scratch, 0)
+    cos = abs(dot(ns, wi))
+    if density <= 0.0 or cos < EPSILON:
+        return BLACK, 0.0
+    total = 0.0
+    for k in range(rows.kind.shape[1]):
+        if rows.kind[row, k] == NONE:
+            break
+        if scratch[k, 4] == CLASS_ROUGH:
+            total += scratch[k, 3]
+    return scale(value, 1.0 / cos), density / total
