@@ -1,0 +1,270 @@
+"""Pictures whose values are known in closed form, by the engine and, to check the expectations, by the reference."""
+
+import numpy as np
+import pytest
+
+from tests.brute import scenes as s
+from tests.brute.harness import engine, reference
+
+LIGHT = "Direct+Caustic+Diffuse+Emission+Environment"
+
+
+@pytest.fixture(params=["reference", "engine"])
+def picture(request):
+    """A function (scene, spp, photons, **engine settings) -> Batches; each case runs with both tracers."""
+
+    def by_reference(scene, spp=64, photons=0, shadow_rays=True, **_settings):
+        return reference(scene, spp, photons, shadow_rays=shadow_rays)
+
+    def by_engine(scene, spp=64, photons=0, shadow_rays=True, passes=8, **settings):
+        return engine(scene, passes, **settings)[0]
+
+    return by_reference if request.param == "reference" else by_engine
+
+
+def seen_at(point, normal, half_width=0.02, distance=0.3, slant=60.0):
+    """A parallel camera on a small square of surface around a point, `slant` degrees off its normal."""
+    n = np.asarray(normal, float)
+    side = np.cross(n, (0.31, 0.77, 0.55))
+    side /= np.linalg.norm(side)
+    a = np.radians(slant)
+    eye = np.asarray(point, float) + distance * (np.cos(a) * n + np.sin(a) * side)
+    return s.camera(eye, point, half_width, kind="ORTHO")
+
+
+def fresnel(cos_i, n):
+    """Reflectance of unpolarised light [Hecht, Optics, 4.6]; n = n_t / n_i."""
+    cos_t = np.sqrt(np.maximum(0.0, 1 - (1 - np.square(cos_i)) / n**2))
+    rs = (cos_i - n * cos_t) / (cos_i + n * cos_t)
+    rp = (n * cos_i - cos_t) / (n * cos_i + cos_t)
+    return 0.5 * (rs**2 + rp**2)
+
+
+# ---- furnace
+
+
+@pytest.mark.parametrize("albedo", [0.2, 0.5, 0.8])
+def test_furnace(picture, albedo):
+    """A closed box of albedo a and emission e: L = e / (1 - a) = e + a e + a^2 e / (1 - a), pass by pass."""
+    wall = s.mixed(s.diffuse(albedo), s.emitter(0.7), add=True)
+    # the middle of a wall: photon gathers near an edge miss what lies beyond it
+    view = s.camera((0.1, -0.2, 0.1), (0.1, 1.0, 0.1), 0.3)
+    scene = s.build([(s.box((-1, -1, -1), (1, 1, 1), inward=True), wall)], (), view, picture=s.frame(16))
+    got = picture(scene, 512, shadow_rays=False)
+    assert got.value("Emission").agrees(0.7, 1e-5)
+    assert got.value("Direct").agrees(albedo * 0.7, 0.005)
+    assert got.value("Diffuse").agrees(albedo**2 * 0.7 / (1 - albedo), 0.01)
+    assert got.value(LIGHT).agrees(0.7 / (1 - albedo), 0.005)
+
+
+# ---- form factors
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.7, 1.8])
+@pytest.mark.parametrize("kind", ["lamp", "mesh"])
+def test_element_to_parallel_disk(picture, kind, offset):
+    """Irradiance under a disk of radius r at height h, `offset` beside its axis [Howell, configuration B-12]."""
+    r, h, le = 0.6, 0.8, 2.0
+    a = max(offset, 1e-9)
+    z = 1 + (h / a) ** 2 + (r / a) ** 2
+    factor = 0.5 * (1 - (z - 2 * (r / a) ** 2) / np.sqrt(z**2 - 4 * (r / a) ** 2)) if offset else r**2 / (r**2 + h**2)
+    floor = (s.quad((0, 0, 0), (4, 0, 0), (0, 4, 0)), s.diffuse(0.5))
+    view = seen_at((offset, 0, 0), (0, 0, 1), 0.01, 0.2)
+    if kind == "lamp":
+        lamp = s.area_lamp((0, 0, h), (0, 0, 0), 2 * r, le * np.pi * np.pi * r**2, "DISK")
+        scene = s.build([floor], [lamp], view, picture=s.frame(8))
+    else:
+        disk = s.mesh(*fan((0, 0, h), r))
+        scene = s.build([floor, (disk, s.emitter(le))], (), view, picture=s.frame(8))
+    assert picture(scene, 512).value("Direct").agrees(0.5 * le * factor, 0.01)
+
+
+def fan(centre, radius, n=256):
+    """Positions and triangles of a regular polygon with the area of a disk, facing down."""
+    t = 2 * np.pi * np.arange(n) / n
+    radius = radius * np.sqrt(2 * np.pi / n / np.sin(2 * np.pi / n))
+    ring = np.stack([radius * np.cos(t), radius * np.sin(t), 0 * t], 1) + centre
+    triangles = [(n, (i + 1) % n, i) for i in range(n)]
+    return np.vstack([ring, [centre]]), triangles
+
+
+@pytest.mark.parametrize("y", [0.25, 0.5, 1.5])
+def test_element_to_perpendicular_rectangle(picture, y):
+    """Irradiance of the floor at distance y from the foot of a wall a wide and c high [Howell, configuration B-4].
+
+    F = (atan(1/Y) - Y / sqrt(X^2 + Y^2) atan(1 / sqrt(X^2 + Y^2))) / (2 pi), X = c / b, Y = y / b, for an element in
+    line with the end of a wall of width b; two of them for the middle.
+    """
+    half, c, le = 0.7, 1.1, 3.0
+    xx, yy = c / half, y / half
+    root = np.hypot(xx, yy)
+    factor = (np.arctan(1 / yy) - yy / root * np.arctan(1 / root)) / np.pi
+    wall = (s.quad((0, 0, c / 2), (half, 0, 0), (0, 0, c / 2)), s.emitter(le))
+    floor = (s.quad((0, 0, 0), (3, 0, 0), (0, 3, 0)), s.diffuse(0.5))
+    scene = s.build([wall, floor], (), seen_at((0, -y, 0), (0, 0, 1), 0.004, 0.1), picture=s.frame(8))
+    assert picture(scene, 1024).value("Direct").agrees(0.5 * le * factor, 0.01)
+
+
+# ---- each light's law of distance
+
+
+def square_on_axis(half, d):
+    """Form factor from an element to a parallel square on its axis [Howell, configuration B-3], four corners."""
+    x = half / d
+    return 4 / (2 * np.pi) * 2 * x / np.sqrt(1 + x * x) * np.arctan(x / np.sqrt(1 + x * x))
+
+
+LAMPS = {
+    "point": (lambda d: s.point_lamp((0, 0, d), 0.0, 10.0), lambda d: 10 / (4 * np.pi * d * d)),
+    "ball": (lambda d: s.point_lamp((0, 0, d), 0.2, 10.0), lambda d: 10 / (4 * np.pi * d * d)),
+    "soft ball": (lambda d: s.point_lamp((0, 0, d), 0.2, 10.0, True), lambda d: 10 / (4 * np.pi * (d * d + 0.04))),
+    "spot": (lambda d: spot(d, 0.0), lambda d: 10 / (4 * np.pi * d * d)),
+    "spot ball": (lambda d: spot(d, 0.1), lambda d: 10 / (4 * np.pi * d * d)),
+    "square": (
+        lambda d: s.area_lamp((0, 0, d), (0, 0, 0), 0.6, 10.0),
+        lambda d: 10 / 0.36 * square_on_axis(0.3, d),
+    ),
+    "rectangle": (
+        lambda d: s.area_lamp((0, 0, d), (0, 0, 0), (0.02, 0.01), 10.0, "RECTANGLE"),
+        lambda d: 10 / (np.pi * d * d),
+    ),
+    "disk": (
+        lambda d: s.area_lamp((0, 0, d), (0, 0, 0), 0.6, 10.0, "DISK"),
+        lambda d: 10 / (0.09 * np.pi) * 0.09 / (0.09 + d * d),
+    ),
+    "ellipse": (
+        lambda d: s.area_lamp((0, 0, d), (0, 0, 0), (0.02, 0.01), 10.0, "ELLIPSE"),
+        lambda d: 10 / (np.pi * d * d),
+    ),
+    "sun": (lambda d: s.sun_lamp((0, 0, -1), 0.0, 3.0), lambda d: 3.0),
+    "wide sun": (lambda d: s.sun_lamp((0, 0, -1), 0.6, 3.0), lambda d: 3.0),
+}
+
+
+def spot(d, radius):
+    """A spot that shines straight down; the blend leaves the middle alone."""
+    lamp = s.point_lamp((0, 0, d), radius, 10.0)
+    lamp.kind, lamp.spot_size, lamp.spot_blend = "SPOT", 1.2, 0.3
+    return lamp
+
+
+@pytest.mark.parametrize("distance", [0.5, 1.0, 4.0])
+@pytest.mark.parametrize("kind", LAMPS)
+def test_distance_law(picture, kind, distance):
+    """Irradiance of a floor straight below a lamp; E = S for the sun at any distance."""
+    lamp, irradiance = LAMPS[kind]
+    floor = (s.quad((0, 0, 0), (2, 0, 0), (0, 2, 0)), s.diffuse(0.5))
+    view = seen_at((0, 0, 0), (0, 0, 1), 0.002, 0.05)
+    scene = s.build([floor], [lamp(distance)], view, picture=s.frame(8))
+    got = picture(scene, 256).value("Direct")
+    # the small lamps and patches are not points: (0.02 / 0.5)^2 / 12 each way
+    assert got.agrees(0.5 / np.pi * irradiance(distance), 0.005), f"{got} for {0.5 / np.pi * irradiance(distance)}"
+
+
+# ---- smooth glass
+
+
+@pytest.mark.parametrize("degrees", [0.0, 30.0, 60.0, 75.0])
+@pytest.mark.parametrize("side", ["reflected", "transmitted"])
+def test_pane(picture, side, degrees):
+    """A glass pane reflects 2 R / (1 + R) and transmits (1 - R) / (1 + R), R one face's reflectance."""
+    n, a = 1.5, np.radians(degrees)
+    r = fresnel(np.cos(a), n)
+    expected = 2 * r / (1 + r) if side == "reflected" else (1 - r) / (1 + r)
+    eye = 3 * np.array([0, -np.sin(a), np.cos(a)])
+    pane = (s.box((-20, -20, -0.01), (20, 20, 0)), s.glass(n))
+    # a glowing sheet beyond the eye, or below the pane
+    glow = (s.quad((0, 0, 8.0 if side == "reflected" else -1.0), (60, 0, 0), (0, 60, 0)), s.emitter(1.0))
+    scene = s.build([pane, glow], (), s.camera(eye, (0, 0, 0), 0.01, kind="ORTHO"), picture=s.frame(16))
+    got = picture(scene, 256, passes=64).value("Emission")
+    assert got.agrees(expected, 0.02), f"{got} for {expected}"
+
+
+def test_snell(picture):
+    """The edge of a glowing sheet behind a slab of thickness t is seen displaced by t sin a (1 - cos a / (n cos b))."""
+    n, a, t = 1.5, np.radians(50.0), 0.3
+    b = np.arcsin(np.sin(a) / n)
+    shift = t * np.sin(a) * (1 - np.cos(a) / (n * np.cos(b)))
+    slab = (s.box((-9, -9, -t), (9, 9, 0)), s.glass(n))
+    # the sheet fills y < 0 at height -1; the eye looks down along +y at the point where its edge is seen without a slab
+    glow = (s.quad((0, -4, -1.0), (9, 0, 0), (0, 4, 0)), s.emitter(1.0))
+    toward = np.array([0, np.sin(a), -np.cos(a)])
+    edge = np.array([0, 0, -1.0])
+    view = s.camera(edge - 4 * toward, edge, 0.25, kind="ORTHO")
+    got = picture(s.build([slab, glow], (), view, picture=s.frame(32)), 128, passes=64)
+    r = fresnel(np.cos(a), n)
+    # each echo inside the slab moves the light by 2 t tan b along the slab
+    echo = 2 * t * np.tan(b) * np.cos(a)
+    lit = sum((1 - r) ** 2 * r ** (2 * k) * np.clip(0.5 + (shift - k * echo) / 0.5, 0, 1) for k in range(3))
+    value = got.value("Emission")
+    assert value.agrees(lit, 0.01), f"{value} for {lit}"
+
+
+# ---- flux
+
+
+def test_flux_balance(picture):
+    """All light is absorbed by the walls of a closed box: (1 - a) E summed over them is the lamp's power.
+
+    Seen by six parallel cameras a centimetre before the walls. Glass and mirrors without loss hang between.
+    """
+    albedo, power = 0.4, 10.0
+    parts = [
+        (s.box((-1, -1, -1), (1, 1, 1), inward=True), s.diffuse(albedo)),
+        (s.sphere((0.3, 0.2, -0.4), 0.35), s.glass(1.5)),
+        (s.sphere((-0.4, -0.2, -0.1), 0.3), s.mirror(1.0)),
+    ]
+    lamp = s.area_lamp((0.1, 0.2, 0.9), (0, 0, -1), 0.5, power)
+    absorbed, variance = 0.0, 0.0
+    for axis in np.vstack([np.eye(3), -np.eye(3)]):
+        view = s.camera(0.99 * axis, axis, 1.0, kind="ORTHO")
+        got = picture(
+            s.build(parts, [lamp], view, picture=s.frame(64)), 64, 200_000, passes=4, caustic_radius=0.5,
+            diffuse_radius=0.5,
+        ).value("Direct+Caustic+Diffuse")
+        absorbed += got.mean * np.pi / albedo * (1 - albedo) * 4
+        variance += (got.error * np.pi / albedo * (1 - albedo) * 4) ** 2
+    # a gather disk of half a pixel loses, along each edge, what lies beyond the wall: at most 0.5 / 64 of the light
+    assert np.sqrt(variance) < 0.005 * power
+    assert absorbed == pytest.approx(power, rel=0.01, abs=4 * np.sqrt(variance))
+
+
+# ---- the pool
+
+
+@pytest.fixture(scope="module")
+def water():
+    """(n, reflectance at normal incidence, internal reflectance of diffuse light) of flat water."""
+    n = 1.333
+    c = (np.arange(20000) + 0.5) / 20000
+    outside = np.sum(2 * c * fresnel(c, n)) / 20000
+    return n, fresnel(1.0, n), 1 - (1 - outside) / n**2
+
+
+@pytest.mark.parametrize("lamp", ["sun", "area"])
+def test_pool_floor(picture, water, lamp):
+    """A floor of albedo a under still water, lit and seen from straight above.
+
+    Caustic: a / pi (1 - R)^2 E / n^2, since radiance falls by n^2 on leaving the water. Diffuse: light from the floor is
+    sent back by the surface with r = 1 - (1 - R_d) / n^2, so all light is 1 / (1 - a r) of that. Mirrors at the
+    sides make the pool endless.
+    """
+    n, r0, inside = water
+    albedo, irradiance = 0.6, 3.0
+    parts = [
+        (s.quad((0, 0, -0.5), (0.5, 0, 0), (0, 0.5, 0)), s.diffuse(albedo)),
+        (s.quad((0, 0, 0), (0.5, 0, 0), (0, 0.5, 0)), s.glass(n)),
+    ]
+    for x in (np.array((1.0, 0, 0)), np.array((0, 1.0, 0)), np.array((-1.0, 0, 0)), np.array((0, -1.0, 0))):
+        parts.append((s.quad(0.5 * x + (0, 0, -0.25), 0.5 * np.cross((0, 0, 1), x), (0, 0, 0.25)), s.mirror(1.0)))
+    # wide lamps, which the reference finds by chance; up to 0.5 rad off 1 - R changes by 0.1%
+    light = s.sun_lamp((0, 0, -1), 1.0, irradiance)
+    if lamp == "area":
+        light = s.area_lamp((0, 0, 40.0), (0, 0, 0), 36.0, irradiance * 36.0**2 / square_on_axis(18.0, 40.0))
+    scene = s.build(parts, [light], s.camera((0, 0, 1), (0, 0, 0), 0.3, kind="ORTHO"), picture=s.frame(16))
+    got = picture(scene, 2048, passes=16)
+    caustic = albedo / np.pi * irradiance * (1 - r0) ** 2 / n**2
+    values = {name: got.value(name) for name in ("Caustic", "Diffuse")}
+    assert values["Caustic"].agrees(caustic, 0.01), f"{values['Caustic']} for {caustic}"
+    diffuse = caustic * albedo * inside / (1 - albedo * inside)
+    assert values["Diffuse"].agrees(diffuse, 0.02), f"{values['Diffuse']} for {diffuse}"
