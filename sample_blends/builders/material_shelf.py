@@ -57,7 +57,7 @@ def textured():
 def list_materials() -> list:
     """Sixteen materials, from the top left, row by row."""
     p = materials.principled
-    diffuse, glossy = "ShaderNodeBsdfDiffuse", "ShaderNodeBsdfGlossy"
+    diffuse, glossy, translucent = "ShaderNodeBsdfDiffuse", "ShaderNodeBsdfGlossy", "ShaderNodeBsdfTranslucent"
     return [
         p("Plastic", Base_Color=(0.70, 0.06, 0.05), Roughness=0.25),
         p("Matte", Base_Color=(0.75, 0.72, 0.66), Roughness=0.9, Specular_IOR_Level=0.2),
@@ -69,7 +69,7 @@ def list_materials() -> list:
         materials.glass("Glass"),
         p("Clear Principled", Base_Color=(0.75, 0.92, 0.86), Transmission_Weight=1.0, Roughness=0.0),
         p("Frosted", Base_Color=(0.95, 0.93, 0.98), Transmission_Weight=1.0, Roughness=0.3),
-        mix("Leaf", 0.5, maker(diffuse, Color=(0.35, 0.55, 0.12)), maker("ShaderNodeBsdfTranslucent", Color=(0.6, 0.7, 0.15))),
+        mix("Leaf", 0.5, maker(diffuse, Color=(0.35, 0.55, 0.12)), maker(translucent, Color=(0.6, 0.7, 0.15))),
         mix("Veil", 0.45, maker("ShaderNodeBsdfTransparent"), maker(diffuse, Color=(0.75, 0.35, 0.55))),
         mix("Varnish", maker("ShaderNodeFresnel", IOR=1.5), maker(diffuse, Color=(0.36, 0.14, 0.05)),
             maker(glossy, Color=(1.0, 1.0, 1.0), Roughness=0.08)),

@@ -20,12 +20,15 @@ def new_material(name: str, color: Color = (0.8, 0.8, 0.8)):
     return material, tree.nodes, tree.links, tree.nodes.new("ShaderNodeOutputMaterial")
 
 
-def shader(name: str, node_type: str, **inputs):
-    """A material of one shader node; inputs by socket name with underscores for spaces."""
+def shader(name: str, node_type: str, distribution: str = "", **inputs):
+    """A material of one shader node; inputs by socket name with underscores for spaces.
+
+    distribution : of the microfacets, GGX or MULTI_GGX; empty: as Blender makes the node
+    """
     material, nodes, links, output = new_material(name, inputs.get("Color", (0.8, 0.8, 0.8)))
     node = nodes.new(node_type)
-    if hasattr(node, "distribution"):
-        node.distribution = "GGX"
+    if distribution:
+        node.distribution = distribution
     set_inputs(node, **inputs)
     links.new(node.outputs[0], output.inputs["Surface"])
     return material
@@ -103,8 +106,6 @@ def maker(node_type: str, output: int | str = 0, **inputs) -> Callable:
 
     def make(nodes, links):
         node = nodes.new(node_type)
-        if hasattr(node, "distribution"):
-            node.distribution = "GGX"
         set_inputs(node, **inputs)
         return node.outputs[output]
 
