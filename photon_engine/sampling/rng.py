@@ -45,6 +45,11 @@ def stream_key(seed, iteration, stream):
     return mix(x + np.uint64(stream) * _GOLDEN)
 
 
+def make_key(seed: int, iteration: int, stream: int) -> np.uint64:
+    """stream_key for Python callers: numba would return a plain int, which is a kernel argument of another type."""
+    return np.uint64(stream_key(seed, iteration, stream))
+
+
 @kernel
 def path_key(key, path):
     """Key of one path (photon or pixel) within a stream."""

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from ..photons.batch import Deposits, empty_deposits, empty_photons, head, join
-from ..sampling.rng import STREAM_CAUSTIC, STREAM_DIFFUSE, stream_key
+from ..sampling.rng import STREAM_CAUSTIC, STREAM_DIFFUSE, make_key
 from .photon_kernels import CAUSTIC, DROPPED, emit_at_targets, emit_everywhere, photon_step
 from .render_scene import RenderScene
 
@@ -43,7 +43,7 @@ def run_for(settings, iteration: int, mode: int) -> PhotonRun:
     """The run of one pass for the caustic map, or (modes DIFFUSE, GLOBAL) the diffuse one."""
     total = settings.caustic_photons if mode == CAUSTIC else settings.diffuse_photons
     stream = STREAM_CAUSTIC if mode == CAUSTIC else STREAM_DIFFUSE
-    return PhotonRun(mode, total, stream_key(settings.seed, iteration, stream), settings.max_bounces)
+    return PhotonRun(mode, total, make_key(settings.seed, iteration, stream), settings.max_bounces)
 
 
 def _trace_chunk(scene: RenderScene, run: PhotonRun, cancelled: Callable[[], bool], first: int):

@@ -14,7 +14,7 @@ import numpy as np
 from ..geometry.surface import surface_points
 from ..photons.batch import Deposits, head
 from ..photons.radius import neighbour_radius
-from ..sampling.rng import STREAM_PILOT, stream_key
+from ..sampling.rng import STREAM_PILOT, make_key
 from ..settings import Settings
 from .eye_kernels import camera_rays, empty_paths, empty_points, empty_tile, eye_step
 from .eye_pass import region_of
@@ -43,7 +43,7 @@ def run_pilot(scene: RenderScene, pool: Executor, settings: Settings, modes: lis
     visible, footprint = _visible_points(scene, settings)
     bounds = {CAUSTIC: 0.0, DIFFUSE: 0.0}
     for mode in modes:
-        key = stream_key(settings.seed, mode, STREAM_PILOT)
+        key = make_key(settings.seed, mode, STREAM_PILOT)
         deposits, _, _ = trace_photons(
             scene, pool, PhotonRun(mode, PILOT_PHOTONS, key, settings.max_bounces), lambda: False
         )
@@ -78,7 +78,7 @@ def _visible_points(scene: RenderScene, settings: Settings) -> tuple[np.ndarray,
     positions, footprints = [np.zeros((0, 3), np.float32)], [np.zeros(0, np.float32)]
     # pixels of a stride are far apart, so the rays of every stride-th are drawn one by one region row
     first = 0 if pixels == count else (pixels - count) // 2
-    camera_rays(scene.camera, stream_key(settings.seed, 0, STREAM_PILOT), region_of(frame), first, paths)
+    camera_rays(scene.camera, make_key(settings.seed, 0, STREAM_PILOT), region_of(frame), first, paths)
     for bounce in range(settings.max_bounces):
         surfaces = scene.surfaces(paths.o, paths.d, paths.t_max, is_camera=bounce == 0)
         points = empty_points(len(paths.key))

@@ -16,7 +16,7 @@ from ..issues import IssueLog
 from ..photons.batch import Deposits
 from ..photons.map import PhotonMap, build_map
 from ..photons.radius import radius_factor
-from ..sampling.rng import STREAM_EYE, stream_key
+from ..sampling.rng import STREAM_EYE, make_key
 from ..scene.data import SceneData
 from ..settings import Settings
 from .eye_kernels import empty_tile
@@ -90,7 +90,7 @@ class Renderer:
         gather_all = self.diffuse and self.settings.final_gather == "ALL"
         gather_narrow = self.diffuse and self.settings.final_gather == "GLOSSY"
         return EyeRun(
-            stream_key(self.settings.seed, i, STREAM_EYE), self.settings.max_bounces,
+            make_key(self.settings.seed, i, STREAM_EYE), self.settings.max_bounces,
             self.settings.light_samples if lit else 0, lit, gather_all, gather_narrow,
         )
 
