@@ -195,7 +195,7 @@ def _to_socket(builder: Builder, origin: Origin, socket: Any) -> Socket:
     for passed in reversed(origin.through):
         if _loses(kind, passed):
             index, output, kind = _conversion(builder, index, output, kind, passed), "Value", passed
-    return Socket(None, index, output, socket.type)
+    return Socket(socket_value(socket), index, output, socket.type)
 
 
 def _loses(kind: str, passed: str) -> bool:

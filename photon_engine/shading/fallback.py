@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..bsdf import recipes
 from ..issues import IssueLog
 from ..scene.data import Node
 from .registry import REGISTRY, SCALARS, NodeKind, f32
@@ -27,7 +28,6 @@ UNSUPPORTED_SETTINGS = {
     "ShaderNodeBsdfAnisotropic": {"distribution": ({"BECKMANN", "ASHIKHMIN_SHIRLEY"}, "GGX is used")},
     "ShaderNodeBsdfGlass": {"distribution": ({"BECKMANN"}, "GGX is used")},
     "ShaderNodeBsdfRefraction": {"distribution": ({"BECKMANN"}, "GGX is used")},
-    "ShaderNodeBsdfMetallic": {"fresnel_type": ({"PHYSICAL_CONDUCTOR"}, "Base Color and Edge Tint are used")},
 }
 # inputs that change nothing here unless they have this value
 IGNORED_INPUTS = {
@@ -68,8 +68,6 @@ def fallback_kind(item: Node) -> NodeKind:
     def function(x, props, points):
         if "SHADER" not in item.output_kinds.values():
             return {name: _middle(kind) for name, kind in item.output_kinds.items()}
-        from ..bsdf import recipes
-
         color = next((x[name] for name in COLOR_INPUTS if x.get(name) is not None), np.full((1, 3), GREY, f32))
         lobes = recipes.diffuse(color, np.zeros(1, f32), None)
         return {name: lobes for name, kind in item.output_kinds.items() if kind == "SHADER"}

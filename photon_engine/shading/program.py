@@ -18,7 +18,7 @@ from ..scene.data import Graph, Image, Material, Node, Socket
 from . import nodes  # noqa: F401  (fills the registry)
 from .fallback import fallback_kind, report_unsupported
 from .points import ShadePoints, probe_points
-from .registry import REGISTRY, NodeKind, constant, convert, zero
+from .registry import REGISTRY, SCALARS, NodeKind, constant, convert, zero
 
 SHARP_KINDS = {layout.REFLECT, layout.GLASS, layout.REFRACT}
 ROUGH_KINDS = {layout.DIFFUSE, layout.TRANSLUCENT, *SHARP_KINDS}
@@ -162,8 +162,29 @@ def compile_graph(graph: Graph, name: str, images: list[Image], issues: IssueLog
         call = calls[index]
         needs |= call.kind.needs(call.node, call.props["used"])
     program = Program(name, calls, surface, live, frozenset(needs), not live)
-    program._probe = program.lobes(probe_points(2, program.needs))
+    program._probe = _probe(program)
     return program
+
+
+def _probe(program: Program) -> list[Lobe]:
+    """All lobes that may occur: what varies is given two rows of values inside (0, 1), what is constant keeps its own.
+
+    Recipes leave out lobes that weigh nothing in a batch, so no real batch need show all of them.
+    """
+    points = probe_points(2)
+    values: list = [call.outputs for call in program.calls]
+    for index in program.live:
+        call = program.calls[index]
+        if "SHADER" in call.node.output_kinds.values():
+            values[index] = call.run(values, points)
+        else:
+            values[index] = {name: _generic(kind) for name, kind in call.node.output_kinds.items()}
+    return [] if program.surface is None else fetch(program.surface, values)
+
+
+def _generic(kind: str) -> np.ndarray:
+    """Two rows of a varying value that is neither 0 nor 1."""
+    return np.array([0.4, 0.6], np.float32) if kind in SCALARS else np.array([[0.4, 0.5, 0.6]] * 2, np.float32)
 
 
 def _make_call(graph: Graph, index: int, name: str, images: list[Image], issues: IssueLog) -> Call:

@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..bsdf import recipes
 from ..scene.data import Node
 
 f32 = np.float32
@@ -115,6 +116,4 @@ def convert(value, source: str, target: str):
 
 def _as_shader(value, source: str):
     """A colour linked to a shader input shines with it."""
-    from ..bsdf import recipes
-
     return recipes.emission(convert(value, source, "RGBA"), np.ones(1, f32))

@@ -2,29 +2,24 @@
 
 from __future__ import annotations
 
-import inspect
+from dataclasses import fields
 
 import numpy as np
 
-from ...bsdf import layout
-from ..registry import constant, f32, node
+from ...bsdf import recipes
+from ...bsdf.principled import PrincipledInputs
+from ..registry import column, f32, node
 
-
-class _Recipes:
-    """bsdf.recipes, imported at first use."""
-
-    def __getattr__(self, name):
-        from ...bsdf import recipes
-
-        return getattr(recipes, name)
-
-
-recipes = _Recipes()
+PRINCIPLED_INPUTS = frozenset(item.name for item in fields(PrincipledInputs))
 
 
 def linked_normal(name: str = "Normal"):
-    """For `varies`: a linked normal is turned to the outside, which needs the surface."""
-    return lambda item, used: name in item.inputs and item.inputs[name].node >= 0
+    """For `varies`: a given normal is turned to the outside, which needs the surface."""
+    def check(item, used):
+        socket = item.inputs.get(name)
+        return socket is not None and (socket.node >= 0 or socket.value is not None)
+
+    return check
 
 
 def outward(x, points, name="Normal"):
@@ -91,13 +86,13 @@ def background(x, props, points):
 @node("ShaderNodeHoldout")
 def holdout(x, props, points):
     """A hole in the picture."""
-    return {"Holdout": [layout.Lobe(layout.HOLDOUT, np.ones((1, 3), f32), {})]}
+    return {"Holdout": recipes.holdout()}
 
 
 @node("ShaderNodeMixShader")
 def mix_shader(x, props, points):
     """Both shaders, weighted 1 - factor and factor."""
-    t = np.clip(x["Fac"], 0.0, 1.0)
+    t = column(np.clip(x["Fac"], 0.0, 1.0))
     first, second = x.get("Shader") or [], x.get("Shader_001") or []
     return {"Shader": recipes.scale_lobes(first, f32(1.0) - t) + recipes.scale_lobes(second, t)}
 
@@ -120,15 +115,14 @@ def principled(x, props, points):
     given["normal"] = outward(x, points)
     given["coat_normal"] = outward(x, points, "Coat Normal")
     given["distribution"] = props.get("distribution", "MULTI_GGX")
-    known = inspect.signature(recipes.principled).parameters
-    return {"BSDF": recipes.principled(**{name: value for name, value in given.items() if name in known})}
+    given = {name: value for name, value in given.items() if name in PRINCIPLED_INPUTS}
+    return {"BSDF": recipes.principled(**given)}
 
 
 @node("ShaderNodeBsdfMetallic", varies=linked_normal())
 def metallic(x, props, points):
-    """A metal by colour and edge tint (F82), the metallic part of the principled shader."""
-    one = constant(1.0, "VALUE")
-    return {"BSDF": recipes.principled(
-        base_color=x["Base Color"], specular_tint=x["Edge Tint"], roughness=x["Roughness"], metallic=one,
-        normal=outward(x, points), distribution=props.get("distribution", "MULTI_GGX"),
-    )}
+    """A metal by colour and edge tint (F82), or by its complex index."""
+    tail = x["Roughness"], outward(x, points), props.get("distribution", "MULTI_GGX")
+    if props.get("fresnel_type") == "PHYSICAL_CONDUCTOR":
+        return {"BSDF": recipes.metallic_conductor(x["IOR"], x["Extinction"], *tail)}
+    return {"BSDF": recipes.metallic_f82(x["Base Color"], x["Edge Tint"], *tail)}
