@@ -1,0 +1,56 @@
+"""Our pictures against converged Cycles: one scene for each light, material, texture, camera option and shape.
+
+Means over blocks of 16x16 pixels agree within 1% outside noise (see oracle/compare.py). The references are stored in
+tests/references/ (``python -m tests.oracle.references`` makes them), so that no Cycles time is needed here.
+"""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+
+from tests import scenes
+from tests.oracle import images, ours, references
+
+bpy = pytest.importorskip("bpy")
+
+ALL = sorted(scenes.all_scenes())
+FAILED = references.cycles.ROOT / "out" / "agreement"  # pictures of what failed: ours, Cycles', 4 x difference
+PASSES = int(os.environ.get("PHOTON_MAP_AGREEMENT_PASSES", "96"))  # for each scene, unless low noise ends it earlier
+
+
+def check(name: str, passes: int = PASSES) -> None:
+    """Render the current scene and compare it with the stored reference."""
+    reference = images.read_reference(references.path_of(name))
+    picture = ours.render_current(max_passes=passes)
+    report = ours.judge(picture, reference)
+    print(f"{name}: {picture.passes} passes, {picture.seconds:.1f} s; {report}")
+    if not report.agrees:
+        difference = 0.5 + 4.0 * (picture.mean - reference.mean)
+        images.write_png(FAILED / f"{name}.png", [picture.mean, reference.mean, difference], zoom=4)
+    assert report.agrees, f"{report}\nissues: {[str(issue) for issue in picture.issues]}"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ALL)
+def test_small_scene(name):
+    scenes.build(name)
+    check(name)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(references.SHARED_JOBS))
+def test_shared_scene(name):
+    job = references.SHARED_JOBS[name]
+    if not os.path.isfile(job.blend):
+        pytest.skip("../shared/scenes is not beside this clone")
+    bpy.ops.wm.open_mainfile(filepath=job.blend)
+    render = bpy.context.scene.render
+    render.resolution_x, render.resolution_y, render.resolution_percentage = job.width, job.height, 100
+    check(name)
+
+
+def test_every_scene_has_a_reference():
+    missing = [name for name in (*ALL, *references.SHARED_JOBS) if not references.path_of(name).is_file()]
+    assert not missing, f"run python -m tests.oracle.references {' '.join(missing)}"
