@@ -245,8 +245,8 @@ def water():
 def test_pool_floor(picture, water, lamp):
     """A floor of albedo a under still water, lit and seen from straight above.
 
-    Caustic: a / pi (1 - R)^2 E / n^2, since radiance falls by n^2 on leaving the water. Diffuse: light from the floor is
-    sent back by the surface with r = 1 - (1 - R_d) / n^2, so all light is 1 / (1 - a r) of that. Mirrors at the
+    Caustic: a / pi (1 - R)^2 E / n^2, since radiance falls by n^2 on leaving the water. Diffuse: light from the floor
+    is sent back by the surface with r = 1 - (1 - R_d) / n^2, so all light is 1 / (1 - a r) of that. Mirrors at the
     sides make the pool endless.
     """
     n, r0, inside = water

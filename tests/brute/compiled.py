@@ -8,7 +8,7 @@ from photon_engine.issues import RenderError
 
 from .bvh import Tree, build_tree
 from .lamps import lamp_rows
-from .materials import EMISSION, TRANSPARENT, constant, material_rows
+from .materials import EMISSION, TRANSPARENT, constant, image_rows, material_rows
 
 
 class Compiled(NamedTuple):
@@ -17,10 +17,14 @@ class Compiled(NamedTuple):
     tree: Tree
     ng: np.ndarray  # (T, 3) f64, unit, outward
     ns: np.ndarray  # (T, 3, 3) f64, unit, per corner
+    uv: np.ndarray  # (T, 3, 2) f64, active layer, per corner
     material: np.ndarray  # (T,) i32
     lobe_kind: np.ndarray  # (M, K) i32
     lobe_color: np.ndarray  # (M, K, 3) f64
     lobe_ior: np.ndarray  # (M, K) f64
+    lobe_image: np.ndarray  # (M, K) i32, or -1
+    texels: np.ndarray  # (N, 3) f64, of all images
+    image_info: np.ndarray  # (I, 4) i32: first texel, width, height, whether sRGB
     lamp_kind: np.ndarray  # (L,) i32
     lamps: np.ndarray  # (L, N_FIELDS) f64
     glow: np.ndarray  # (E,) i32, triangles that emit
@@ -46,8 +50,8 @@ def world_radiance(world):
 
 
 def world_triangles(scene):
-    """Corners (T, 3, 3), outward normals (T, 3), corner normals (T, 3, 3) and materials (T,) in world space."""
-    corners, ngs, nss, materials = [], [], [], []
+    """Corners (T, 3, 3), outward normals (T, 3), corner normals (T, 3, 3), uvs (T, 3, 2), materials (T,)."""
+    corners, ngs, nss, uvs, materials = [], [], [], [], []
     for instance in scene.instances:
         if instance.holdout or not (instance.visible_camera and instance.visible_shadow):
             raise RenderError(instance.name, "a holdout or hidden from some rays", "show it to all rays")
@@ -61,24 +65,25 @@ def world_triangles(scene):
         corners.append(local @ m.T + np.asarray(instance.matrix, float)[:3, 3])
         ngs.append(ng)
         nss.append(ns)
+        uvs.append(np.asarray(mesh.uvs.get(mesh.active_uv, np.zeros((len(ng), 3, 2))), float))
         materials.append(used[np.clip(slot, 0, len(used) - 1)])
     if not corners:
-        return np.zeros((0, 3, 3)), np.zeros((0, 3)), np.zeros((0, 3, 3)), np.zeros(0, int)
-    return [np.concatenate(a) for a in (corners, ngs, nss, materials)]
+        return [np.zeros((0, *shape)) for shape in ((3, 3), (3,), (3, 3), (3, 2), ())]
+    return [np.concatenate(a) for a in (corners, ngs, nss, uvs, materials)]
 
 
 def compile_scene(scene):
     """The arrays of a scene; a RenderError when it holds what this tracer does not know."""
-    corners, ng, ns, material = world_triangles(scene)
+    corners, ng, ns, uv, material = world_triangles(scene)
     area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     keep = area > 0.0
     if not keep.any():
         # the tree needs a leaf: one black triangle too far to be met
-        corners, ng, ns = np.eye(3)[None] + 1e30, np.ones((1, 3)), np.ones((1, 3, 3))
+        corners, ng, ns, uv = np.eye(3)[None] + 1e30, np.ones((1, 3)), np.ones((1, 3, 3)), np.zeros((1, 3, 2))
         material, area, keep = np.array([-1]), np.ones(1), np.ones(1, bool)
     tree, order = build_tree(corners[keep])
-    corners, ng, ns, material, area = (a[keep][order] for a in (corners, ng, ns, material, area))
-    kind, color, ior = material_rows(scene.materials)
+    corners, ng, ns, uv, material, area = (a[keep][order] for a in (corners, ng, ns, uv, material, area))
+    kind, color, ior, image = material_rows(scene.materials)
     material = np.where(material < 0, len(scene.materials), material).astype(np.int32)
     le = np.where(kind == EMISSION, 1.0, 0.0)[..., None] * color
     power = le.sum(1).max(1)[material] * area
@@ -89,7 +94,8 @@ def compile_scene(scene):
     cdf, p = light_choice(scene, world_radiance(scene.world), 2 * np.pi * power.sum(), np.linalg.norm(hi - lo) / 2)
     normalized = [a / np.linalg.norm(a, axis=-1, keepdims=True) for a in (ng, ns)]
     return Compiled(
-        tree, *normalized, material, kind, color, ior, lamp_kind, lamps, glow, np.cumsum(share), share / area[glow],
+        tree, *normalized, uv, material, kind, color, ior, image, *image_rows(scene.images), lamp_kind,
+        lamps, glow, np.cumsum(share), share / area[glow],
         area, world_radiance(scene.world), (lo + hi) / 2, float(np.linalg.norm(hi - lo) / 2), cdf, p,
         bool((kind == TRANSPARENT).any()),
     )

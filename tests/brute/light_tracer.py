@@ -11,7 +11,17 @@ from .jit import kernel
 from .lamps import emit, first_hit_kept, from_disk
 from .materials import ABSORBED, EMISSION, NULL, ROUGH, SHARP, has_rough, rough_f, scatter, summed_color
 from .maths import cone_direction, cosine_direction, dot, madd, mul, row, scale, uniform
-from .path_tracer import CAUSTIC, CLASSES, DIFFUSE, DIRECT, SAFETY_DEPTH, mean_and_error, shading_frame, transmittance
+from .path_tracer import (
+    CAUSTIC,
+    CLASSES,
+    DIFFUSE,
+    DIRECT,
+    SAFETY_DEPTH,
+    mean_and_error,
+    place,
+    shading_frame,
+    transmittance,
+)
 
 
 @kernel
@@ -23,7 +33,7 @@ def emit_glow(sc, state):
     o = madd(madd(row(sc.tree.v0, i), s * (1.0 - b), row(sc.tree.e1, i)), s * b, row(sc.tree.e2, i))
     n = row(sc.ng, i) if uniform(state) < 0.5 else scale(row(sc.ng, i), -1.0)
     flux = 2.0 * math.pi / sc.glow_pdf[e]
-    return o, cosine_direction(n, state), scale(summed_color(sc, sc.material[i], EMISSION), flux), i
+    return o, cosine_direction(n, state), scale(summed_color(sc, (sc.material[i], 0.0, 0.0), EMISSION), flux), i
 
 
 @kernel
@@ -56,7 +66,7 @@ def splat(view, px, py, value, out):
 
 
 @kernel
-def join_eye(sc, view, m, p, w_light, ng, ns, i, phi, stack, out):
+def join_eye(sc, view, at, p, w_light, ng, ns, i, phi, stack, out):
     """Splat what a photon of flux phi that came from w_light brings to the eye; ng, ns face w_light.
 
     L = f phi |ns.w_light| / |ng.w_light| per area of the true surface; the film sees |ng.wo| of it per film area.
@@ -66,7 +76,7 @@ def join_eye(sc, view, m, p, w_light, ng, ns, i, phi, stack, out):
         return
     # f with the eye's direction as the one that normals face, as the path tracer has it
     side = 1.0 if dot(wo, ng) > 0.0 else -1.0
-    f = rough_f(sc, m, wo, w_light, scale(ng, side), scale(ns, side))
+    f = rough_f(sc, at, wo, w_light, scale(ng, side), scale(ns, side))
     value = scale(mul(f, phi), density * abs(dot(ng, wo)) * abs(dot(ns, w_light)) / abs(dot(ng, w_light)))
     if max(value) > 0.0:
         splat(view, px, py, mul(value, transmittance(sc, p, wo, distance, i, stack)), out)
@@ -87,13 +97,13 @@ def trace_photon(sc, view, max_bounces, state, stack, out):
         o, skip = madd(o, t, d), i
         if depth == 0 and lamp >= 0 and not first_hit_kept(sc, lamp, o, d):
             return
-        m = sc.material[i]
+        at = place(sc, i, u, v)
         ng, ns, front = shading_frame(sc, i, u, v, d)
         wo = scale(d, -1.0)
-        if has_rough(sc, m) and depth < max_bounces:
+        if has_rough(sc, at) and depth < max_bounces:
             where = DIFFUSE if rough > 0 else (CAUSTIC if sharp > 0 else DIRECT)
-            join_eye(sc, view, m, o, wo, ng, ns, i, phi, stack, out[where])
-        event, wi, weight, _eta = scatter(sc, m, wo, ng, ns, front, state)
+            join_eye(sc, view, at, o, wo, ng, ns, i, phi, stack, out[where])
+        event, wi, weight, _eta = scatter(sc, at, wo, ng, ns, front, state)
         if event == ABSORBED:
             return
         phi = mul(phi, weight)

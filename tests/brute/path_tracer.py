@@ -57,17 +57,26 @@ def shading_frame(sc, i, u, v, d):
 
 
 @kernel
+def place(sc, i, u, v):
+    """(material, texture u, v) at barycentric (u, v) of triangle i."""
+    w = 1.0 - u - v
+    s = w * sc.uv[i, 0, 0] + u * sc.uv[i, 1, 0] + v * sc.uv[i, 2, 0]
+    t = w * sc.uv[i, 0, 1] + u * sc.uv[i, 1, 1] + v * sc.uv[i, 2, 1]
+    return sc.material[i], s, t
+
+
+@kernel
 def transmittance(sc, p, wi, distance, skip, stack):
     """What passes along a shadow ray: 0 behind a surface, the colour of see-through ones."""
     out = (1.0, 1.0, 1.0)
     for _ in range(SAFETY_DEPTH):
         # a light's own surface must not hide it
-        i, t, _u, _v = intersect(sc.tree, p, wi, distance * (1.0 - 1e-9), skip, stack)
+        i, t, u, v = intersect(sc.tree, p, wi, distance * (1.0 - 1e-9), skip, stack)
         if i < 0:
             return out
         if not sc.null:
             return (0.0, 0.0, 0.0)
-        out = mul(out, summed_color(sc, sc.material[i], TRANSPARENT))
+        out = mul(out, summed_color(sc, place(sc, i, u, v), TRANSPARENT))
         if max(out) == 0.0:
             return out
         p, distance, skip = madd(p, t, wi), distance - t, i
@@ -84,12 +93,12 @@ def glow_point(sc, p, state):
     to = madd(on, -1.0, p)
     d2 = dot(to, to)
     wi = unit(to)
-    le = summed_color(sc, sc.material[i], EMISSION)
+    le = summed_color(sc, (sc.material[i], 0.0, 0.0), EMISSION)
     return wi, math.sqrt(d2), scale(le, abs(dot(wi, row(sc.ng, i))) / (d2 * sc.glow_pdf[e]))
 
 
 @kernel
-def direct_light(sc, m, p, wo, ng, ns, skip, only_delta, stack, state):
+def direct_light(sc, at, p, wo, ng, ns, skip, only_delta, stack, state):
     """Radiance that one shadow ray to each lamp, and one to the emissive meshes, finds."""
     out = (0.0, 0.0, 0.0)
     lights = len(sc.lamp_kind)
@@ -102,7 +111,7 @@ def direct_light(sc, m, p, wo, ng, ns, skip, only_delta, stack, state):
             continue
         else:
             wi, distance, le = glow_point(sc, p, state)
-        f = scale(mul(rough_f(sc, m, wo, wi, ng, ns), le), abs(dot(wi, ns)))
+        f = scale(mul(rough_f(sc, at, wo, wi, ng, ns), le), abs(dot(wi, ns)))
         if max(f) > 0.0:
             out = madd(out, 1.0, mul(f, transmittance(sc, p, wi, distance, skip, stack)))
     return out
@@ -137,16 +146,16 @@ def trace_path(sc, o, d, t_max, shadow_rays, start, max_bounces, state, stack, o
                 world = (sc.world[0], sc.world[1], sc.world[2])
                 add_to(out, ENVIRONMENT if rough == 0 else where, mul(beta, world))
             return
-        m = sc.material[i]
+        at = place(sc, i, u, v)
         if counted:
-            add_to(out, where, mul(beta, summed_color(sc, m, EMISSION)))
+            add_to(out, where, mul(beta, summed_color(sc, at, EMISSION)))
         ng, ns, front = shading_frame(sc, i, u, v, d)
         wo = scale(d, -1.0)
         o, skip = madd(o, t, d), i
-        if has_rough(sc, m) and depth < max_bounces and not first:
-            light = direct_light(sc, m, o, wo, ng, ns, i, not shadow_rays, stack, state)
+        if has_rough(sc, at) and depth < max_bounces and not first:
+            light = direct_light(sc, at, o, wo, ng, ns, i, not shadow_rays, stack, state)
             add_to(out, DIRECT if rough == 0 else DIFFUSE, mul(beta, light))
-        event, d, weight, eta = scatter(sc, m, wo, ng, ns, front, state)
+        event, d, weight, eta = scatter(sc, at, wo, ng, ns, front, state)
         beta = scale(mul(beta, weight), 1.0 / (eta * eta))
         if event == NULL:
             t_max -= t

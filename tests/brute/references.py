@@ -1,4 +1,4 @@
-"""Expected block means of each class for the rooms of `scenes.cornell`: ``python -m tests.brute.references [NAME ...]``.
+"""Expected block means of each class for the rooms of `cornell`: ``python -m tests.brute.references [NAME ...]``.
 
 Long runs of the reference tracer, kept as block means with their standard errors, so that a test of the engine takes
 seconds. `tests/test_classes.py` also renders each room anew, with fewer samples, and compares with what is kept.
@@ -16,7 +16,7 @@ from .scenes import VARIANTS, cornell
 
 PATH = Path(__file__).resolve().parents[1] / "references" / "classes.npz"
 SIZE, BLOCK = 32, 8
-SPP, PHOTONS, BATCHES = 8192, 8_000_000, 16
+SPP, PHOTONS, BATCHES = 3072, 3_200_000, 16
 
 
 def make(variant, spp=SPP, photons=PHOTONS, batches=BATCHES):
