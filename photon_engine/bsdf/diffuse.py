@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 
-from ..jit import kernel
+from ..jit import scalar
 from ..vec import dot, to_world
 
 INV_PI = 1.0 / math.pi
 ON_SLOPE = 0.5 * math.pi - 2.0 / 3.0
 
 
-@kernel
+@scalar
 def sample_cosine(n, u1, u2):
     """Direction about the unit normal n with density cos / pi."""
     r = math.sqrt(u1)
@@ -19,7 +19,7 @@ def sample_cosine(n, u1, u2):
     return to_world((r * math.cos(phi), r * math.sin(phi), math.sqrt(1.0 - u1)), n)
 
 
-@kernel
+@scalar
 def oren_nayar_g(c):
     """Directional albedo term of Fujii's model [Portsmouth, Kutz and Hill 2025, G(mu)]."""
     if c < 1e-6:
@@ -29,7 +29,7 @@ def oren_nayar_g(c):
     return s * (math.acos(c) - 2.0 / 3.0 - s * c) + 2.0 / 3.0 * (s / c) * (1.0 - s * s * s)
 
 
-@kernel
+@scalar
 def oren_nayar(cos_i, cos_o, wi_wo, roughness, color):
     """Factor on the lobe's weight, per channel, of rough diffuse reflection; f without cosine [1/sr].
 
@@ -57,7 +57,7 @@ def oren_nayar(cos_i, cos_o, wi_wo, roughness, color):
     )
 
 
-@kernel
+@scalar
 def bump_softening(ns, n, w):
     """Factor that darkens light w near the terminator of a bumped normal n over the smooth normal ns.
 

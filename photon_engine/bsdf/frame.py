@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import math
 
-from ..jit import kernel
+from ..jit import scalar
 from ..vec import dot
 from .layout import HAS_NORMAL, NORMAL
 
 
-@kernel
+@scalar
 def negate(a):
     """-a."""
     return (-a[0], -a[1], -a[2])
 
 
-@kernel
+@scalar
 def lobe_normal(rows, row, k, ns, front):
     """Unit normal of a lobe: its own or ns, turned round when the back side was hit."""
     n = ns
@@ -25,7 +25,7 @@ def lobe_normal(rows, row, k, ns, front):
     return n if front else negate(n)
 
 
-@kernel
+@scalar
 def raised_normal(n, ng, wo):
     """n, turned toward ng as far as it takes for the mirror image of wo to stay above the surface.
 
@@ -52,7 +52,7 @@ def raised_normal(n, ng, wo):
     return (c * ng[0] + s * x[0], c * ng[1] + s * x[1], c * ng[2] + s * x[2])
 
 
-@kernel
+@scalar
 def facet_normal(rows, row, k, ns, ng, wo, front):
     """Normal of a REFLECT, GLASS or REFRACT lobe as met from wo; ng as given (not turned)."""
     n = lobe_normal(rows, row, k, ns, front)

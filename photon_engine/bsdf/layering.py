@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ..jit import kernel
+from ..jit import scalar
 from ..vec import dot, max3, mul
 from .albedo import ONE, field3, glass_estimate, multiscatter, reflect_albedo
 from .frame import facet_normal
@@ -32,7 +32,7 @@ from .layout import (
 CLASS_NOTHING = -2  # of lobes that scatter nothing (emission, holdout)
 
 
-@kernel
+@scalar
 def lobe_class(rows, row, k, threshold):
     """Class of a lobe; facets are sharp below the roughness threshold, and always when they have no density."""
     kind = rows.kind[row, k]
@@ -47,7 +47,7 @@ def lobe_class(rows, row, k, threshold):
     return CLASS_ROUGH
 
 
-@kernel
+@scalar
 def facet_response(rows, row, k, ns, ng, wo):
     """(scale, darkening rgb, albedo estimate rgb, cosine) of a REFLECT, GLASS or REFRACT lobe seen from wo.
 
@@ -66,7 +66,7 @@ def facet_response(rows, row, k, ns, ng, wo):
     return 1.0, ONE, ONE, mu
 
 
-@kernel
+@scalar
 def passes_below(rows, row, k, albedo, mu):
     """Factor (rgb) of all later lobes of the group under a layer with this albedo estimate.
 
@@ -86,7 +86,7 @@ def passes_below(rows, row, k, albedo, mu):
     )
 
 
-@kernel
+@scalar
 def weigh(rows, row, ns, ng, wo, scratch, column):
     """Effective weights seen from wo into scratch[k, column : column + 3].
 

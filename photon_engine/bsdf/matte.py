@@ -6,7 +6,7 @@ f |n.wo| |ng.wi| / (|ng.wo| pdf) then has no cosine below the bar that can vanis
 
 from __future__ import annotations
 
-from ..jit import kernel
+from ..jit import scalar
 from ..vec import dot
 from .albedo import field3
 from .diffuse import INV_PI, oren_nayar, sample_cosine
@@ -17,7 +17,7 @@ from .reflect import BLACK
 SMOOTH = 1e-5  # an Oren-Nayar roughness below this is Lambert
 
 
-@kernel
+@scalar
 def matte_value(rows, row, k, cos_light, cos_view, light_view):
     """f (rgb, without cosine) of a lit pair of directions: Lambert, or Oren-Nayar of a rough DIFFUSE lobe."""
     rough = float(rows.params[row, k, ROUGHNESS])
@@ -26,7 +26,7 @@ def matte_value(rows, row, k, cos_light, cos_view, light_view):
     return (INV_PI, INV_PI, INV_PI)
 
 
-@kernel
+@scalar
 def eval_matte(rows, row, k, n, ng, wo, wi, adjoint):
     """(f rgb without cosine [1/sr], pdf_w of `sample_matte`); n, ng on the side of wo.
 
@@ -46,7 +46,7 @@ def eval_matte(rows, row, k, n, ng, wo, wi, adjoint):
     return matte_value(rows, row, k, cos_s, cos_o, dot(wo, wi)), pdf
 
 
-@kernel
+@scalar
 def sample_matte(rows, row, k, n, ng, u, adjoint):
     """(wi, pdf_w) with density cos / pi about n (eye) or ng (photon), on the lobe's side; u[1], u[2] are used."""
     about = ng if adjoint else n

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from ..jit import kernel
+from ..jit import scalar
 from ..vec import dot, scale
 from .frame import facet_normal, lobe_normal, negate
 from .glass import sample_glass, side_eta
@@ -34,7 +34,7 @@ from .rough import EPSILON, rough_total
 CLASS_ANY = -1
 
 
-@kernel
+@scalar
 def prepare(rows, row, ns, ng, wo, threshold, scratch):
     """Weights and classes of the row's lobes as seen from wo, for the functions below.
 
@@ -60,7 +60,7 @@ def prepare(rows, row, ns, ng, wo, threshold, scratch):
     return p_null, p_sharp, p_rough
 
 
-@kernel
+@scalar
 def emission(rows, row, scratch):
     """Radiance [W/m^2/sr] that the surface emits toward wo; after `prepare`."""
     r = 0.0
@@ -77,7 +77,7 @@ def emission(rows, row, scratch):
     return (r, g, b)
 
 
-@kernel
+@scalar
 def choose(rows, row, scratch, cls, u):
     """A lobe of the class by sampling weight: (k or -1, u stretched again, summed weight, lobes of the class)."""
     total = 0.0
@@ -103,14 +103,14 @@ def choose(rows, row, scratch, cls, u):
     return last, min(max(x / scratch[last, 3], 0.0), 1.0 - 1e-12), total, count
 
 
-@kernel
+@scalar
 def photon_factor(n, ng, wo, wi):
     """Shading-normal factor |n.wo| |ng.wi| / (|ng.wo| |n.wi|) of a photon [Veach 1997, Eq. 5.19]."""
     low = abs(dot(ng, wo) * dot(n, wi))
     return abs(dot(n, wo) * dot(ng, wi)) / low if low > EPSILON else 0.0
 
 
-@kernel
+@scalar
 def sample_lobe(rows, row, k, ns, ng, wo, u, adjoint):
     """Direction from lobe k of unit weight: (ok, wi, f cos / pdf rgb, pdf_w, eta), photon factor included."""
     front = dot(wo, ng) >= 0.0
@@ -142,13 +142,13 @@ def sample_lobe(rows, row, k, ns, ng, wo, u, adjoint):
     return ok, wi, value, pdf, eta
 
 
-@kernel
+@scalar
 def needs_adjoint_weights(rows, row, k):
     """Whether a lobe's effective weight depends on the view."""
     return rows.params[row, k, GROUP] > 0.0 or rows.params[row, k, MULTISCATTER] != 0.0
 
 
-@kernel
+@scalar
 def sample(rows, row, ns, ng, wo, cls, scratch, u, adjoint, threshold):
     """Where a path goes on, from one lobe of the class; after `prepare` with the same wo.
 
@@ -187,7 +187,7 @@ def sample(rows, row, ns, ng, wo, cls, scratch, u, adjoint, threshold):
     return True, wi, weight, pdf * share, eta
 
 
-@kernel
+@scalar
 def eval_rough(rows, row, ns, ng, wo, wi, scratch):
     """All rough lobes for one pair of directions; after `prepare` with the same wo.
 
