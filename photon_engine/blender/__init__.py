@@ -3,12 +3,10 @@
 
 def register() -> None:
     """Add the engine, its properties and panels to Blender; again is no harm."""
-    import bpy
-
-    if hasattr(bpy.types, "PhotonMapEngine"):
-        return
     from . import engine, properties, ui
 
+    if engine.PhotonMapEngine.is_registered:
+        return
     properties.register()
     engine.register()
     ui.register()
@@ -16,12 +14,10 @@ def register() -> None:
 
 def unregister() -> None:
     """Remove them again."""
-    import bpy
-
-    if not hasattr(bpy.types, "PhotonMapEngine"):
-        return
     from . import engine, properties, ui
 
+    if not engine.PhotonMapEngine.is_registered:
+        return
     ui.unregister()
     engine.unregister()
     properties.unregister()

@@ -40,7 +40,7 @@ class PhotonMapEngine(bpy.types.RenderEngine):
     def render(self, depsgraph) -> None:
         """Render one view layer of one frame."""
         layer = depsgraph.view_layer_eval.name
-        size = picture_size(depsgraph.scene.render)
+        size = picture_size(depsgraph.scene)
         listener = EngineListener(self, layer, show=not bpy.app.background)
         try:
             self._render(depsgraph, listener)
@@ -65,7 +65,12 @@ class PhotonMapEngine(bpy.types.RenderEngine):
             session = Session(scene, self._settings(depsgraph), issues)
             film = session.new_film(moments=False)
             endless = not (bpy.app.background or self.is_animation or self.is_preview)
-            stop = session.render(listener, film, endless=endless)
+            try:
+                stop = session.render(listener, film, endless=endless)
+            except Exception:
+                if film.count:
+                    listener.picture(film, final=True)  # what was finished is kept
+                raise
             if stop is StopReason.CANCELLED and film.count:
                 issues.info("Photon Map", f"cancelled, {film.count} passes are kept")
         finally:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from typing import Any
 
 import bpy
 import numpy as np
@@ -11,8 +10,8 @@ import numpy as np
 from ..driver.listener import Listener, Progress
 from ..film.accumulate import Film
 from ..film.passes import BY_NAME
-from ..issues import Issue, IssueLog, Severity
-from ..scene.data import Frame
+from ..issues import Issue, IssueLog, RenderError, Severity
+from .cameras import extract_frame, frame_size
 
 FIRST_INTERVAL = 0.5  # [s] between pictures shown while rendering
 INTERVAL_SHARE = 0.1  # of the time spent so far, so that showing never costs much
@@ -37,15 +36,13 @@ def report(engine: bpy.types.RenderEngine, issues: IssueLog) -> None:
         engine.report(levels[issue.severity], str(issue))
 
 
-def picture_size(render: bpy.types.RenderSettings) -> tuple[int, int]:
-    """Width and height of what a result holds: the frame, or its border [px], as Blender rounds them."""
-    width = render.resolution_x * render.resolution_percentage // 100
-    height = render.resolution_y * render.resolution_percentage // 100
-    if not render.use_border:
-        return width, height
-    x0, x1 = int(render.border_min_x * width), int(render.border_max_x * width)
-    y0, y1 = int(render.border_min_y * height), int(render.border_max_y * height)
-    return max(x1 - x0, 1), max(y1 - y0, 1)
+def picture_size(scene: bpy.types.Scene) -> tuple[int, int]:
+    """Width and height of what Blender expects in a result: the frame, or its border [px]."""
+    try:
+        frame = extract_frame(scene)
+    except RenderError:  # of no use; the render will say so
+        return frame_size(scene.render)
+    return frame.x1 - frame.x0, frame.y1 - frame.y0
 
 
 def write_film(engine: bpy.types.RenderEngine, film: Film, layer: str) -> None:
@@ -82,7 +79,8 @@ class EngineListener(Listener):
 
     def stage(self, text: str) -> None:
         """Show the stage in the header."""
-        self.engine.update_stats("", text)
+        if self.show or not text.startswith("Pass "):  # in the background each is a printed line
+            self.engine.update_stats("", text)
 
     def progress(self, progress: Progress) -> None:
         """Show progress and memory."""
@@ -99,15 +97,3 @@ class EngineListener(Listener):
         write_film(self.engine, film, self.layer)
         self.wrote = True
         self.shown = time.monotonic()
-
-
-def frame_size(frame: Frame) -> tuple[int, int]:
-    """Width and height of the part of a frame that is rendered [px]."""
-    return frame.x1 - frame.x0, frame.y1 - frame.y0
-
-
-def size_mismatch(frame: Frame, render: Any) -> str:
-    """In words, when extraction and Blender do not agree on the size of the result; else empty."""
-    if frame_size(frame) == picture_size(render):
-        return ""
-    return f"extracted {frame_size(frame)}, Blender expects {picture_size(render)}"

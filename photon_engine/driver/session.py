@@ -40,12 +40,12 @@ class Session:
         scene: SceneData,
         settings: Settings,
         issues: IssueLog,
-        renderer_factory: Callable[[SceneData, Settings, IssueLog], Any] = default_renderer,
+        renderer_factory: Callable[[SceneData, Settings, IssueLog], Any] | None = None,
     ) -> None:
         self.scene = scene
         self.settings = settings
         self.issues = issues
-        self.renderer_factory = renderer_factory
+        self.renderer_factory = renderer_factory or default_renderer
         self.film: Film | None = None
         self.stop: StopReason | None = None
         self.durations: list[float] = []
