@@ -171,7 +171,8 @@ def test_clipping(scene, tmp_path, kind):
 
 
 LENSES = [
-    ("PERSP", 0, 0.0, 1.0), ("PERSP", 0, 0.0, 2.0), ("PERSP", 3, 0.4, 1.0), ("PERSP", 5, 1.0, 0.5), ("ORTHO", 3, 0.9, 1.3),
+    ("PERSP", 0, 0.0, 1.0), ("PERSP", 0, 0.0, 2.0), ("PERSP", 3, 0.4, 1.0), ("PERSP", 5, 1.0, 0.5),
+    ("ORTHO", 3, 0.9, 1.3),
 ]  # fmt: skip
 
 
@@ -195,7 +196,7 @@ def test_lens(scene, tmp_path, kind, blades, rotation, ratio):
     for px, py in ((0, 0), (2, 3)):
         values = np.array([(hit(table, px, py, (0.5, 0.5, *v)) / OFFSET + 1.0) ** 3 for v in u])
         mean = values.mean(axis=0)
-        # 4096 Sobol points against a grid of 3600: a fifth of what 4096 random points would err; measured 0.3 of it at most
+        # 4096 Sobol points against a grid of 3600: a fifth of the error of 4096 random points; measured 0.3 of it
         tolerance = values.std(axis=0) / math.sqrt(4096) / 5.0 + 2e-6
         assert values.std(axis=0)[0] > 0.05  # the lens matters
         assert (np.abs(theirs[py, px] - mean) <= tolerance).all(), (theirs[py, px] - mean, tolerance)
