@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from scipy.stats import qmc
 
 from ..jit import kernel
 from ..sampling.warps import square_to_disk
@@ -52,12 +53,8 @@ def build_targets(lights: LightTable, centers: np.ndarray, radii: np.ndarray) ->
 
 
 def pilot_numbers(n: int) -> np.ndarray:
-    """(n, 4) well spread points of the unit cube: the additive recurrence of the plastic numbers [Roberts 2018]."""
-    root = 1.0
-    for _ in range(64):
-        root = (1.0 + root) ** 0.2
-    steps = root ** -np.arange(1.0, 5.0)
-    return (0.5 + np.arange(1, n + 1)[:, None] * steps) % 1.0
+    """(n, 4) well spread points of the unit cube: Sobol's sequence, moved off the corner; n a power of 2."""
+    return qmc.Sobol(4, scramble=False).random(n) + 0.5 / n
 
 
 def merge_spheres(center: np.ndarray, radius: np.ndarray, limit: int = MAX_TARGETS) -> tuple[np.ndarray, np.ndarray]:

@@ -11,7 +11,12 @@ from .chi2 import least, p_value
 N = 200_000
 BINS = 24
 
-RECTANGLES = [(-1.0, 1.0, -1.0, 1.0, 1.0), (0.5, 3.0, -2.0, -1.0, 0.2), (2.0, 9.0, 3.0, 4.0, 5.0), (-0.1, 2.0, -3.0, 0.01, 0.05)]
+RECTANGLES = [
+    (-1.0, 1.0, -1.0, 1.0, 1.0),
+    (0.5, 3.0, -2.0, -1.0, 0.2),
+    (2.0, 9.0, 3.0, 4.0, 5.0),
+    (-0.1, 2.0, -3.0, 0.01, 0.05),
+]
 
 
 def numbers(seed=7, n=N):
@@ -42,7 +47,10 @@ CASES = {
     "disk": (warps.square_to_disk, warps.disk_pdf, (-1, -1), (1, 1)),
     "triangle": (warps.square_to_triangle, warps.triangle_pdf, (0, 0), (1, 1)),
     "sphere": (
-        lambda u, v: polar(warps.square_to_sphere(u, v)), lambda c, phi: warps.sphere_pdf(), (-1, -math.pi), (1, math.pi)
+        lambda u, v: polar(warps.square_to_sphere(u, v)),
+        lambda c, phi: warps.sphere_pdf(),
+        (-1, -math.pi),
+        (1, math.pi),
     ),
     "cosine hemisphere": (
         lambda u, v: polar(warps.square_to_cosine_hemisphere(u, v)),
@@ -63,7 +71,9 @@ CASES = {
 def test_samples_follow_the_density(name):
     warp, density, low, high = CASES[name]
     fine = 64 if name in ("disk", "triangle") else 16  # bins cut by a border need it
-    assert p_value(counts([warp(u, v) for u, v in numbers()], low, high), expected(density, low, high, fine=fine)) > least(9)
+    assert p_value(
+        counts([warp(u, v) for u, v in numbers()], low, high), expected(density, low, high, fine=fine)
+    ) > least(9)
 
 
 @pytest.mark.parametrize("rect", RECTANGLES)
@@ -103,7 +113,9 @@ def test_corners_of_the_square_stay_inside():
     for u in (0.0, 0.5, 1.0 - 2.0**-53):
         for v in (0.0, 0.5, 1.0 - 2.0**-53):
             for d in (
-                warps.square_to_sphere(u, v), warps.square_to_cosine_hemisphere(u, v), warps.square_to_cone(u, v, 1e-9)
+                warps.square_to_sphere(u, v),
+                warps.square_to_cosine_hemisphere(u, v),
+                warps.square_to_cone(u, v, 1e-9),
             ):
                 assert sum(x * x for x in d) == pytest.approx(1.0, abs=1e-12)
             for rect in RECTANGLES:
