@@ -16,7 +16,6 @@ MAGENTA = (1.0, 0.0, 1.0, 1.0)  # a missing file, as in Blender
 DATA_SPACES = {"Non-Color", "Raw", "Generic Data"}
 LINEAR_SPACES = {"Linear Rec.709", "Linear", "scene_linear"}
 SRGB_SPACES = {"sRGB", "sRGB - Display"}
-ENCODED_FORMATS = {"PNG", "TIFF", "JPEG", "BMP", "TARGA", "TARGA_RAW", "JPEG2000", "WEBP"}
 SOURCES = {
     "SEQUENCE": "an image sequence: the frame that Blender has loaded is used",
     "MOVIE": "a movie: the frame that Blender has loaded is used",
@@ -45,7 +44,7 @@ class ImageTable:
 def read_image(image: Any, issues: IssueLog) -> Image:
     """A bpy image's pixels, premultiplied unless its alpha is channel packed or ignored.
 
-    Byte images in sRGB keep the curve (`encoded`): Cycles interpolates them so and decodes afterwards.
+    Images in sRGB keep the curve (`encoded`): Cycles interpolates under it and decodes afterwards.
     """
     space = image.colorspace_settings.name
     if image.source in SOURCES:
@@ -55,19 +54,46 @@ def read_image(image: Any, issues: IssueLog) -> Image:
         path = bpy.path.abspath(image.filepath, library=image.library)
         issues.warn(image.name, _missing(path), "magenta is used in its place")
         return Image(image.name, np.array(MAGENTA, np.float32)[None, None], "Non-Color", "NONE")
-    mode = image.alpha_mode
-    if mode == "NONE":
+    encoded = space in SRGB_SPACES
+    if image.is_float:
+        encoded = encoded and not is_builtin(image)
+        if encoded:
+            encode(pixels, image.alpha_mode)
+    converted = not image.is_float and space not in SRGB_SPACES | DATA_SPACES | LINEAR_SPACES
+    if space not in DATA_SPACES:
+        premultiply(pixels, image, whole_bytes=not converted)
+    if converted:
+        to_scene_linear(pixels, space, image, issues)
+    if image.alpha_mode == "NONE":
         pixels[..., 3] = 1.0
-    encoded = space in SRGB_SPACES and not image.is_float
-    if not image.is_float:
-        if space not in SRGB_SPACES | DATA_SPACES | LINEAR_SPACES:
-            pixels[..., :3] = to_scene_linear(pixels[..., :3], space, image.name, issues)
-        if mode in ("STRAIGHT", "PREMUL") and space not in DATA_SPACES:
+    return Image(image.name, pixels, "Non-Color" if space in DATA_SPACES else space, image.alpha_mode, encoded)
+
+
+def is_builtin(image: Any) -> bool:
+    """Whether Cycles takes the pixels from Blender rather than from the file."""
+    return image.source in ("GENERATED", "MOVIE") or image.packed_file is not None or image.is_dirty
+
+
+def premultiply(pixels: np.ndarray, image: Any, whole_bytes: bool) -> None:
+    """Multiply colour by alpha, in place, where Cycles does.
+
+    Blender holds bytes straight and floats premultiplied, whatever the file. Cycles reads files itself, but what it
+    takes from Blender it multiplies when the mode says STRAIGHT, so that floats get their alpha twice; so do we.
+    """
+    builtin = is_builtin(image)
+    if image.alpha_mode == "STRAIGHT" and (builtin or not image.is_float):
+        if image.is_float or not whole_bytes:
             pixels[..., :3] *= pixels[..., 3:4]
-    elif space in SRGB_SPACES and image.file_format in ENCODED_FORMATS and image.source != "GENERATED":
-        encode(pixels)
-        encoded = True
-    return Image(image.name, pixels, "Non-Color" if space in DATA_SPACES else space, mode, encoded)
+        else:
+            byte_product(pixels, np.floor)
+    elif image.alpha_mode == "PREMUL" and not builtin and not image.is_float:
+        byte_product(pixels, np.rint)  # back to the file's bytes
+
+
+def byte_product(pixels: np.ndarray, rounding: Any) -> None:
+    """Colour times alpha, in place, cut to whole bytes; the small number keeps exact products from falling short."""
+    product = pixels[..., :3] * pixels[..., 3:4] * np.float32(255.0)
+    pixels[..., :3] = rounding(product + np.float32(1e-4)) * np.float32(1.0 / 255.0)
 
 
 def _missing(path: str) -> str:
@@ -100,24 +126,26 @@ def read_pixels(image: Any) -> np.ndarray | None:
     return pixels
 
 
-def encode(pixels: np.ndarray) -> None:
-    """Put the sRGB curve on linear premultiplied pixels, in place, as files with 16 bits are looked up in Cycles."""
-    alpha = pixels[..., 3:4]
+def encode(pixels: np.ndarray, alpha_mode: str) -> None:
+    """Put the sRGB curve back on the linear pixels of a float file, in place: Cycles interpolates under the curve."""
+    alpha = pixels[..., 3:4] if alpha_mode in ("STRAIGHT", "PREMUL") else np.ones(1, np.float32)
     straight = pixels[..., :3] / np.where(alpha > 0.0, alpha, 1.0)
     pixels[..., :3] = linear_to_srgb(straight) * alpha
 
 
-def to_scene_linear(rgb: np.ndarray, space: str, name: str, issues: IssueLog) -> np.ndarray:
-    """Colours of a named space as scene linear, by Blender's own colour configuration."""
+def to_scene_linear(pixels: np.ndarray, space: str, image: Any, issues: IssueLog) -> None:
+    """Convert a named space's premultiplied colours to scene linear, in place, by Blender's colour configuration."""
+    alpha = pixels[..., 3:4] if image.alpha_mode in ("STRAIGHT", "PREMUL") else np.ones(1, np.float32)
+    straight = np.ascontiguousarray(pixels[..., :3] / np.where(alpha > 0.0, alpha, 1.0))
+    config = Path(bpy.utils.system_resource("DATAFILES")) / "colormanagement" / "config.ocio"
     try:
         import OpenImageIO as oiio
     except ImportError:
-        issues.warn(name, f"the colour space {space} needs OpenImageIO", "the pixels are taken as sRGB")
-        return srgb_to_linear(rgb).astype(np.float32)
-    config = Path(bpy.utils.system_resource("DATAFILES")) / "colormanagement" / "config.ocio"
-    source = oiio.ImageBuf(np.ascontiguousarray(rgb))
-    target = oiio.ImageBufAlgo.colorconvert(source, space, "scene_linear", unpremult=False, colorconfig=str(config))
-    if target.has_error:
-        issues.warn(name, f"the colour space {space} is not known: {target.geterror()}", "the pixels are taken as sRGB")
-        return srgb_to_linear(rgb).astype(np.float32)
-    return target.get_pixels(oiio.FLOAT)
+        linear, error = None, "OpenImageIO is not installed"
+    else:
+        target = oiio.ImageBufAlgo.colorconvert(oiio.ImageBuf(straight), space, "scene_linear", colorconfig=str(config))
+        linear, error = (None, target.geterror()) if target.has_error else (target.get_pixels(oiio.FLOAT), "")
+    if linear is None:
+        issues.warn(image.name, f"the colour space {space} cannot be converted: {error}", "it is taken as sRGB")
+        linear = srgb_to_linear(straight)
+    pixels[..., :3] = linear * alpha
