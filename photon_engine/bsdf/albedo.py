@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..jit import scalar
+from ..jit import kernel
 from .fresnel import (
     average_conductor,
     average_dielectric,
@@ -32,20 +32,20 @@ from .tables import dielectric_share, glass_albedo, schlick_share_5, white_albed
 ONE = (1.0, 1.0, 1.0)
 
 
-@scalar
+@kernel
 def field3(rows, row, k, offset):
     """Three numbers of a lobe as a tuple of doubles."""
     p = rows.params
     return (float(p[row, k, offset]), float(p[row, k, offset + 1]), float(p[row, k, offset + 2]))
 
 
-@scalar
+@kernel
 def mix3(a, b, t):
     """a + (b - a) t."""
     return (a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t, a[2] + (b[2] - a[2]) * t)
 
 
-@scalar
+@kernel
 def reflect_albedo(rows, row, k, mu):
     """Estimated directional albedo (rgb) of a REFLECT lobe of unit weight, single scattering made up for."""
     mode = int(rows.params[row, k, FRESNEL])
@@ -70,7 +70,7 @@ def reflect_albedo(rows, row, k, mu):
     return (f, f, f)
 
 
-@scalar
+@kernel
 def glass_estimate(rows, row, k, mu, eta):
     """Estimated directional albedo (rgb) of a GLASS lobe of unit weight; eta: as seen from this side."""
     a = field3(rows, row, k, COLOR_A)
@@ -82,7 +82,7 @@ def glass_estimate(rows, row, k, mu, eta):
     return mix3(b, a, f)
 
 
-@scalar
+@kernel
 def average_fresnel(rows, row, k):
     """Cosine-weighted mean reflectance (rgb) of a REFLECT lobe's Fresnel curve; FRESNEL_NONE: its colour."""
     mode = int(rows.params[row, k, FRESNEL])
@@ -101,7 +101,7 @@ def average_fresnel(rows, row, k):
     return mix3(a, b, schlick_share(f, eta))
 
 
-@scalar
+@kernel
 def multiscatter(rows, row, k, mu, eta):
     """Factors that give back what is lost between facets [Turquin 2019; Kulla and Conty 2017].
 
@@ -124,7 +124,7 @@ def multiscatter(rows, row, k, mu, eta):
     return 1.0 / e, (darken(f[0], mean, missing), darken(f[1], mean, missing), darken(f[2], mean, missing))
 
 
-@scalar
+@kernel
 def darken(f, mean, missing):
     """Share kept by light that meets several facets of mean reflectance f, one channel [Kulla and Conty 2017]."""
     if f == 1.0:

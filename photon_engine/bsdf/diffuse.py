@@ -4,22 +4,23 @@ from __future__ import annotations
 
 import math
 
-from ..jit import scalar
+from ..jit import kernel
 from ..vec import dot, to_world
+from .frame import turn
 
 INV_PI = 1.0 / math.pi
 ON_SLOPE = 0.5 * math.pi - 2.0 / 3.0
 
 
-@scalar
+@kernel
 def sample_cosine(n, u1, u2):
     """Direction about the unit normal n with density cos / pi."""
     r = math.sqrt(u1)
-    phi = 2.0 * math.pi * u2
-    return to_world((r * math.cos(phi), r * math.sin(phi), math.sqrt(1.0 - u1)), n)
+    c, s = turn(u2)
+    return to_world((r * c, r * s, math.sqrt(1.0 - u1)), n)
 
 
-@scalar
+@kernel
 def oren_nayar_g(c):
     """Directional albedo term of Fujii's model [Portsmouth, Kutz and Hill 2025, G(mu)]."""
     if c < 1e-6:
@@ -29,7 +30,7 @@ def oren_nayar_g(c):
     return s * (math.acos(c) - 2.0 / 3.0 - s * c) + 2.0 / 3.0 * (s / c) * (1.0 - s * s * s)
 
 
-@scalar
+@kernel
 def oren_nayar(cos_i, cos_o, wi_wo, roughness, color):
     """Factor on the lobe's weight, per channel, of rough diffuse reflection; f without cosine [1/sr].
 
@@ -57,7 +58,7 @@ def oren_nayar(cos_i, cos_o, wi_wo, roughness, color):
     )
 
 
-@scalar
+@kernel
 def bump_softening(ns, n, w):
     """Factor that darkens light w near the terminator of a bumped normal n over the smooth normal ns.
 

@@ -4,18 +4,36 @@ from __future__ import annotations
 
 import math
 
-from ..jit import scalar
+from ..jit import kernel
 from ..vec import dot
 from .layout import HAS_NORMAL, NORMAL
 
 
-@scalar
+@kernel
 def negate(a):
     """-a."""
     return (-a[0], -a[1], -a[2])
 
 
-@scalar
+@kernel
+def turn(u):
+    """(cos, sin) of 2 pi u for u in [0, 1): Taylor within an eighth of a turn, error below 1e-11, a third of the cost.
+
+    The quadrant's multiple of a quarter turn is taken off and put back by exchanging the two.
+    """
+    q = int(4.0 * u + 0.5)
+    x = 2.0 * math.pi * (u - 0.25 * q)
+    y = x * x
+    s = x * (1.0 + y * (-1 / 6 + y * (1 / 120 + y * (-1 / 5040 + y * (1 / 362880 - y / 39916800)))))
+    c = 1.0 + y * (-0.5 + y * (1 / 24 + y * (-1 / 720 + y * (1 / 40320 + y * (-1 / 3628800 + y / 479001600)))))
+    if q & 1:
+        c, s = -s, c
+    if q & 2:
+        c, s = -c, -s
+    return c, s
+
+
+@kernel
 def lobe_normal(rows, row, k, ns, front):
     """Unit normal of a lobe: its own or ns, turned round when the back side was hit."""
     n = ns
@@ -25,7 +43,7 @@ def lobe_normal(rows, row, k, ns, front):
     return n if front else negate(n)
 
 
-@scalar
+@kernel
 def raised_normal(n, ng, wo):
     """n, turned toward ng as far as it takes for the mirror image of wo to stay above the surface.
 
@@ -52,7 +70,7 @@ def raised_normal(n, ng, wo):
     return (c * ng[0] + s * x[0], c * ng[1] + s * x[1], c * ng[2] + s * x[2])
 
 
-@scalar
+@kernel
 def facet_normal(rows, row, k, ns, ng, wo, front):
     """Normal of a REFLECT, GLASS or REFRACT lobe as met from wo; ng as given (not turned)."""
     n = lobe_normal(rows, row, k, ns, front)

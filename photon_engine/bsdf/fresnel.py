@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 
-from ..jit import scalar
+from ..jit import kernel
 
 F82_COS = 1.0 / 7.0  # where the tint of a metal's edge is exact: about 82 degrees
 F82_PEAK = (6.0 / 7.0) ** 6 / 7.0  # c (1 - c)^6 there
 
 
-@scalar
+@kernel
 def fresnel_dielectric(cos_i, eta):
     """Unpolarised reflectance of a dielectric, and the cosine of the refracted ray.
 
@@ -30,14 +30,14 @@ def fresnel_dielectric(cos_i, eta):
     return 0.5 * (r_s * r_s + r_p * r_p), g / eta
 
 
-@scalar
+@kernel
 def f0_from_ior(eta):
     """Reflectance at normal incidence: ((eta - 1) / (eta + 1))^2."""
     r = (eta - 1.0) / (eta + 1.0)
     return r * r
 
 
-@scalar
+@kernel
 def average_dielectric(eta):
     """Cosine-weighted mean of the dielectric reflectance, by the fit of [Kulla and Conty 2017]."""
     if eta < 1.0:
@@ -45,7 +45,7 @@ def average_dielectric(eta):
     return (eta - 1.0) / (4.08567 + 1.00071 * eta)
 
 
-@scalar
+@kernel
 def f82_b(f0, tint):
     """Depth of the dip near 82 degrees that multiplies Schlick's value there by `tint` [Kutz et al. 2021]."""
     f = 6.0 / 7.0
@@ -53,7 +53,7 @@ def f82_b(f0, tint):
     return schlick * (1.0 - tint) / F82_PEAK
 
 
-@scalar
+@kernel
 def fresnel_f82(cos_i, f0, tint):
     """Reflectance of a metal, one channel: Schlick minus b c (1 - c)^6 [Kutz et al. 2021, F82-tint].
 
@@ -69,7 +69,7 @@ def fresnel_f82(cos_i, f0, tint):
     return min(max(value, 0.0), 1.0)
 
 
-@scalar
+@kernel
 def average_f82(f0, tint):
     """Cosine-weighted mean of `fresnel_f82`: exact, 2 int c (1-c)^5 = 1/21 and 2 int c^2 (1-c)^6 = 1/126."""
     value = f0 + (1.0 - f0) / 21.0
@@ -78,7 +78,7 @@ def average_f82(f0, tint):
     return value
 
 
-@scalar
+@kernel
 def fresnel_conductor(cos_i, n, k):
     """Unpolarised reflectance of a metal of index n + ik in vacuum, one channel [Born and Wolf, 14.4.1]."""
     c = min(max(cos_i, 0.0), 1.0)
@@ -94,7 +94,7 @@ def fresnel_conductor(cos_i, n, k):
     return 0.5 * r_s * (1.0 + (a - b) / max(a + b, 1e-300))
 
 
-@scalar
+@kernel
 def average_conductor(n, k):
     """Cosine-weighted mean of `fresnel_conductor`, through the F82 curve with the same two values."""
     f0 = fresnel_conductor(1.0, n, k)
@@ -105,7 +105,7 @@ def average_conductor(n, k):
     return min(max(value, 0.0), 1.0)
 
 
-@scalar
+@kernel
 def schlick_share(f_real, eta):
     """Where a dielectric reflectance lies between its value at normal incidence (0) and 1 (1).
 

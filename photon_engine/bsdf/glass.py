@@ -6,7 +6,7 @@ from the eye crosses (the convention of `surface.sample`).
 
 from __future__ import annotations
 
-from ..jit import scalar
+from ..jit import kernel
 from ..vec import add, dot, madd, normalize, scale
 from .albedo import ONE, field3, mix3
 from .fresnel import fresnel_dielectric, schlick_share
@@ -15,21 +15,21 @@ from .microfacet import DELTA_ALPHA, NEARLY_ONE, ggx_d, ggx_lambda, sample_vndf,
 from .reflect import BLACK, UP
 
 
-@scalar
+@kernel
 def side_eta(rows, row, k, front):
     """Index beyond the surface over the index on this side."""
     ior = float(rows.params[row, k, IOR])
     return ior if front else 1.0 / ior
 
 
-@scalar
+@kernel
 def is_delta(rows, row, k):
     """Whether the lobe has no density: nearly smooth, or of an index that bends nothing."""
     rough = float(rows.params[row, k, ROUGHNESS])
     return rough * rough <= DELTA_ALPHA or abs(float(rows.params[row, k, IOR]) - 1.0) < NEARLY_ONE
 
 
-@scalar
+@kernel
 def glass_fresnel(rows, row, k, c, eta):
     """(reflected rgb, transmitted rgb, cos_t, probability of reflection) at a facet met at the cosine c."""
     f, cos_t = fresnel_dielectric(c, eta)
@@ -51,7 +51,7 @@ def glass_fresnel(rows, row, k, c, eta):
     return r, t, cos_t, total_r / total
 
 
-@scalar
+@kernel
 def eval_glass(rows, row, k, n, wo, wi, eta):
     """GGX dielectric: reflection, or refraction [Walter et al. 2007, Eq. 20, 21], and the density of `sample_glass`.
 
@@ -85,7 +85,7 @@ def eval_glass(rows, row, k, n, wo, wi, eta):
     return (t[0] * s, t[1] * s, t[2] * s), common * p_reflect / g_o
 
 
-@scalar
+@kernel
 def refract_in(wo, h, c, cos_t, eta):
     """Direction of wo refracted at the facet h; c = h.wo > 0 and cos_t from `fresnel_dielectric`."""
     inv = 1.0 / eta
@@ -93,7 +93,7 @@ def refract_in(wo, h, c, cos_t, eta):
     return (a * h[0] - inv * wo[0], a * h[1] - inv * wo[1], a * h[2] - inv * wo[2])
 
 
-@scalar
+@kernel
 def sample_glass(rows, row, k, n, ng, wo, eta, u):
     """Reflect or refract wo at a visible facet, by the energy of either; a REFRACT lobe refracts or fails.
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from ..jit import scalar
-from ..vec import dot, max3, mul
+from ..jit import kernel
+from ..vec import dot, luminance, max3, mul
 from .albedo import ONE, field3, glass_estimate, multiscatter, reflect_albedo
 from .frame import facet_normal
 from .glass import is_delta, side_eta
@@ -13,6 +13,8 @@ from .layout import (
     CLASS_NULL,
     CLASS_ROUGH,
     CLASS_SHARP,
+    COLOR_A,
+    COLOR_B,
     DIFFUSE,
     EMISSION,
     GLASS,
@@ -20,6 +22,7 @@ from .layout import (
     HOLDOUT,
     IOR,
     LAYER,
+    MULTISCATTER,
     NONE,
     REFLECT,
     ROUGHNESS,
@@ -32,7 +35,7 @@ from .layout import (
 CLASS_NOTHING = -2  # of lobes that scatter nothing (emission, holdout)
 
 
-@scalar
+@kernel
 def lobe_class(rows, row, k, threshold):
     """Class of a lobe; facets are sharp below the roughness threshold, and always when they have no density."""
     kind = rows.kind[row, k]
@@ -47,7 +50,37 @@ def lobe_class(rows, row, k, threshold):
     return CLASS_ROUGH
 
 
-@scalar
+@kernel
+def is_plain(rows, row):
+    """Whether the row is a single lobe whose weight is the same from all sides: Lambert, or evenly tinted glass."""
+    if rows.kind.shape[1] > 1 and rows.kind[row, 1] != NONE:
+        return False
+    kind = rows.kind[row, 0]
+    if kind == DIFFUSE:
+        return True
+    p = rows.params
+    if kind != GLASS or (p[row, 0, MULTISCATTER] != 0.0 and p[row, 0, ROUGHNESS] >= 0.01):
+        return False
+    return (
+        p[row, 0, COLOR_A] == p[row, 0, COLOR_B]
+        and p[row, 0, COLOR_A + 1] == p[row, 0, COLOR_B + 1]
+        and p[row, 0, COLOR_A + 2] == p[row, 0, COLOR_B + 2]
+    )
+
+
+@kernel
+def weigh_plain(rows, row, scratch):
+    """`weigh` with column 0 for a row that `is_plain`: no table, no normal."""
+    w = field3(rows, row, 0, WEIGHT)
+    scratch[0, 0] = w[0]
+    scratch[0, 1] = w[1]
+    scratch[0, 2] = w[2]
+    if rows.kind[row, 0] == GLASS:
+        w = mul(w, field3(rows, row, 0, COLOR_A))
+    scratch[0, 3] = luminance(w)
+
+
+@kernel
 def facet_response(rows, row, k, ns, ng, wo):
     """(scale, darkening rgb, albedo estimate rgb, cosine) of a REFLECT, GLASS or REFRACT lobe seen from wo.
 
@@ -66,7 +99,7 @@ def facet_response(rows, row, k, ns, ng, wo):
     return 1.0, ONE, ONE, mu
 
 
-@scalar
+@kernel
 def passes_below(rows, row, k, albedo, mu):
     """Factor (rgb) of all later lobes of the group under a layer with this albedo estimate.
 
@@ -86,7 +119,7 @@ def passes_below(rows, row, k, albedo, mu):
     )
 
 
-@scalar
+@kernel
 def weigh(rows, row, ns, ng, wo, scratch, column):
     """Effective weights seen from wo into scratch[k, column : column + 3].
 
@@ -120,5 +153,5 @@ def weigh(rows, row, ns, ng, wo, scratch, column):
         scratch[k, column + 1] = w[1]
         scratch[k, column + 2] = w[2]
         if column == 0:
-            scratch[k, 3] = 0.2126 * albedo[0] + 0.7152 * albedo[1] + 0.0722 * albedo[2]
+            scratch[k, 3] = luminance(albedo)
     return n_lobes

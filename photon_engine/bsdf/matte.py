@@ -6,8 +6,10 @@ f |n.wo| |ng.wi| / (|ng.wo| pdf) then has no cosine below the bar that can vanis
 
 from __future__ import annotations
 
-from ..jit import scalar
-from ..vec import dot
+import math
+
+from ..jit import kernel
+from ..vec import dot, scale
 from .albedo import field3
 from .diffuse import INV_PI, oren_nayar, sample_cosine
 from .frame import negate
@@ -17,7 +19,7 @@ from .reflect import BLACK
 SMOOTH = 1e-5  # an Oren-Nayar roughness below this is Lambert
 
 
-@scalar
+@kernel
 def matte_value(rows, row, k, cos_light, cos_view, light_view):
     """f (rgb, without cosine) of a lit pair of directions: Lambert, or Oren-Nayar of a rough DIFFUSE lobe."""
     rough = float(rows.params[row, k, ROUGHNESS])
@@ -26,7 +28,7 @@ def matte_value(rows, row, k, cos_light, cos_view, light_view):
     return (INV_PI, INV_PI, INV_PI)
 
 
-@scalar
+@kernel
 def eval_matte(rows, row, k, n, ng, wo, wi, adjoint):
     """(f rgb without cosine [1/sr], pdf_w of `sample_matte`); n, ng on the side of wo.
 
@@ -46,11 +48,28 @@ def eval_matte(rows, row, k, n, ng, wo, wi, adjoint):
     return matte_value(rows, row, k, cos_s, cos_o, dot(wo, wi)), pdf
 
 
-@scalar
-def sample_matte(rows, row, k, n, ng, u, adjoint):
-    """(wi, pdf_w) with density cos / pi about n (eye) or ng (photon), on the lobe's side; u[1], u[2] are used."""
+@kernel
+def sample_matte(rows, row, k, n, ng, wo, u, adjoint):
+    """Direction with density cos / pi about n (eye) or ng (photon), on the lobe's side; u[1], u[2] are used.
+
+    out : (ok, wi, f cos / pdf rgb, pdf_w), for photons with the factor |n.wo| |ng.wi| / (|ng.wo| |n.wi|).
+    """
     about = ng if adjoint else n
+    side = 1.0
     if rows.kind[row, k] != DIFFUSE:
         about = negate(about)
+        side = -1.0
     wi = sample_cosine(about, u[1], u[2])
-    return wi, dot(about, wi) * INV_PI
+    pdf = dot(about, wi) * INV_PI
+    s = 1.0
+    if adjoint:
+        lit = dot(n, wo)
+        s = lit / max(dot(ng, wo), 1e-9)
+        if lit <= 0.0 or pdf <= 0.0:
+            return False, wi, BLACK, 0.0
+    elif side * dot(ng, wi) <= 0.0 or pdf <= 0.0:
+        return False, wi, BLACK, 0.0
+    if rows.params[row, k, ROUGHNESS] < SMOOTH or side < 0.0:
+        return True, wi, (s, s, s), pdf
+    f, _ = eval_matte(rows, row, k, n, ng, wo, wi, adjoint)
+    return True, wi, scale(f, math.pi * s), pdf

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 
-from ..jit import scalar
+from ..jit import kernel
 from ..vec import basis, cross, dot
+from .frame import turn
 
 DELTA_ALPHA = 1e-4  # below this a lobe is handled as a perfect mirror or a perfect refraction
 NEARLY_ONE = 1e-4  # an index of refraction this close to 1 bends nothing
 
 
-@scalar
+@kernel
 def ggx_d(sin2_h, alpha2):
     """Density of facet normals, D(h) = a^2 / (pi (sin^2 + a^2 cos^2)^2) [Walter et al. 2007, Eq. 33].
 
@@ -21,21 +22,21 @@ def ggx_d(sin2_h, alpha2):
     return alpha2 / (math.pi * x * x)
 
 
-@scalar
+@kernel
 def ggx_lambda(cos_w, alpha2):
     """Smith's Lambda of GGX [Heitz 2014, Eq. 72]: G1 = 1 / (1 + Lambda)."""
     c2 = cos_w * cos_w
     return 0.5 * (math.sqrt(1.0 + alpha2 * max(1.0 / c2 - 1.0, 0.0)) - 1.0)
 
 
-@scalar
+@kernel
 def sin2_between(a, b):
     """Squared sine between two unit vectors, without cancellation."""
     c = cross(a, b)
     return dot(c, c)
 
 
-@scalar
+@kernel
 def sample_vndf(wo, n, alpha, u1, u2):
     """Facet normal h seen from wo, in world space, with density G1(wo) max(0, wo.h) D(h) / (n.wo).
 
@@ -49,11 +50,11 @@ def sample_vndf(wo, n, alpha, u1, u2):
     x *= k
     y *= k
     z *= k
-    phi = 2.0 * math.pi * u1
+    cos_phi, sin_phi = turn(u1)
     cap = (1.0 - u2) * (1.0 + z) - z
     sin_cap = math.sqrt(max(1.0 - cap * cap, 0.0))
-    hx = alpha * (sin_cap * math.cos(phi) + x)
-    hy = alpha * (sin_cap * math.sin(phi) + y)
+    hx = alpha * (sin_cap * cos_phi + x)
+    hy = alpha * (sin_cap * sin_phi + y)
     hz = max(cap + z, 0.0)
     k = 1.0 / math.sqrt(hx * hx + hy * hy + hz * hz)
     hx *= k

@@ -15,6 +15,7 @@ from . import layout as lay
 from .layout import Lobe
 
 MULTI = "MULTI_GGX"
+SMOOTH = 0.01  # roughness of a mirror (microfacet.DELTA_ALPHA)
 _group_ids = itertools.count(1)
 
 
@@ -46,6 +47,8 @@ def make(kind: int, weight, normal=None, **fields) -> list[Lobe]:
     weight = color(weight)
     if not weight.any():
         return []
+    if "multiscatter" in fields:  # a mirror loses nothing between facets: spare it the tables
+        fields["multiscatter"] = fields["multiscatter"] * (fields["roughness"] >= SMOOTH)
     values = {getattr(lay, name.upper()): value for name, value in fields.items()}
     if normal is not None:
         values[lay.HAS_NORMAL] = np.ones(1)

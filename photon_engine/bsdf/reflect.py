@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..jit import scalar
+from ..jit import kernel
 from ..vec import add, dot, normalize
 from .albedo import ONE, field3, mix3
 from .fresnel import fresnel_conductor, fresnel_dielectric, fresnel_f82, schlick_share
@@ -23,7 +23,7 @@ BLACK = (0.0, 0.0, 0.0)
 UP = (0.0, 0.0, 1.0)
 
 
-@scalar
+@kernel
 def reflect_fresnel(rows, row, k, c):
     """Reflectance (rgb) of a REFLECT lobe's facet met at the cosine c."""
     mode = int(rows.params[row, k, FRESNEL])
@@ -43,7 +43,7 @@ def reflect_fresnel(rows, row, k, c):
     return mix3(a, b, schlick_share(f, eta))
 
 
-@scalar
+@kernel
 def eval_reflect(rows, row, k, n, wo, wi):
     """GGX reflection, f = F D G2 / (4 (n.wo) (n.wi)), and the density of `sample_reflect` [Walter et al. 2007, Eq. 20].
 
@@ -65,7 +65,7 @@ def eval_reflect(rows, row, k, n, wo, wi):
     return (f[0] * s, f[1] * s, f[2] * s), pdf
 
 
-@scalar
+@kernel
 def sample_reflect(rows, row, k, n, ng, wo, u1, u2):
     """Mirror wo in a visible facet.
 

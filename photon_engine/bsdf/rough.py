@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..jit import scalar
+from ..jit import kernel
 from ..vec import dot
 from .diffuse import bump_softening
 from .frame import facet_normal, lobe_normal, negate
@@ -14,7 +14,7 @@ from .reflect import eval_reflect
 EPSILON = 1e-9  # cosines below this count as grazing: nothing is scattered
 
 
-@scalar
+@kernel
 def eval_lobe(rows, row, k, ns, ng, wo, wi, adjoint):
     """One rough lobe of unit weight: (f rgb without cosine, pdf_w, its normal, eta crossed); ns, ng as given."""
     front = dot(wo, ng) >= 0.0
@@ -32,7 +32,7 @@ def eval_lobe(rows, row, k, ns, ng, wo, wi, adjoint):
     return f, pdf, n, eta if dot(n, wi) < 0.0 else 1.0
 
 
-@scalar
+@kernel
 def bump_factor(rows, row, k, ns, n, light):
     """Factor for a bumped lobe: no light from behind the smooth surface, a soft terminator for diffuse."""
     if rows.params[row, k, HAS_NORMAL] == 0.0:
@@ -42,7 +42,7 @@ def bump_factor(rows, row, k, ns, n, light):
     return 0.0 if dot(ns, light) * dot(ns, n) * dot(n, light) < 0.0 else 1.0
 
 
-@scalar
+@kernel
 def rough_total(rows, row, ns, ng, wo, wi, scratch, adjoint):
     """Sum over rough lobes of weight f |cos| (rgb), and of sampling weight times pdf_w.
 

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import math
 
-from ..jit import scalar
-from ..vec import dot, scale
+from ..jit import kernel
+from ..vec import dot, mul, scale
 from .frame import facet_normal, lobe_normal, negate
 from .glass import sample_glass, side_eta
-from .layering import lobe_class, weigh
+from .layering import is_plain, lobe_class, weigh, weigh_plain
 from .layout import (
     CLASS_NULL,
     CLASS_ROUGH,
@@ -27,14 +27,14 @@ from .layout import (
     TRANSLUCENT,
     TRANSPARENT,
 )
-from .matte import eval_matte, sample_matte
+from .matte import sample_matte
 from .reflect import BLACK, UP, sample_reflect
 from .rough import EPSILON, rough_total
 
 CLASS_ANY = -1
 
 
-@scalar
+@kernel
 def prepare(rows, row, ns, ng, wo, threshold, scratch):
     """Weights and classes of the row's lobes as seen from wo, for the functions below.
 
@@ -43,7 +43,11 @@ def prepare(rows, row, ns, ng, wo, threshold, scratch):
     scratch : (K, 8) f64; [k, 0:3] effective weight, [k, 3] sampling weight, [k, 4] class; [k, 5:8] is used by photons
     out : summed sampling weights (luminances) of the classes null, sharp, rough.
     """
-    n_lobes = weigh(rows, row, ns, ng, wo, scratch, 0)
+    if is_plain(rows, row):
+        weigh_plain(rows, row, scratch)
+        n_lobes = 1
+    else:
+        n_lobes = weigh(rows, row, ns, ng, wo, scratch, 0)
     p_null = 0.0
     p_sharp = 0.0
     p_rough = 0.0
@@ -60,7 +64,7 @@ def prepare(rows, row, ns, ng, wo, threshold, scratch):
     return p_null, p_sharp, p_rough
 
 
-@scalar
+@kernel
 def emission(rows, row, scratch):
     """Radiance [W/m^2/sr] that the surface emits toward wo; after `prepare`."""
     r = 0.0
@@ -77,7 +81,7 @@ def emission(rows, row, scratch):
     return (r, g, b)
 
 
-@scalar
+@kernel
 def choose(rows, row, scratch, cls, u):
     """A lobe of the class by sampling weight: (k or -1, u stretched again, summed weight, lobes of the class)."""
     total = 0.0
@@ -103,14 +107,14 @@ def choose(rows, row, scratch, cls, u):
     return last, min(max(x / scratch[last, 3], 0.0), 1.0 - 1e-12), total, count
 
 
-@scalar
+@kernel
 def photon_factor(n, ng, wo, wi):
     """Shading-normal factor |n.wo| |ng.wi| / (|ng.wo| |n.wi|) of a photon [Veach 1997, Eq. 5.19]."""
     low = abs(dot(ng, wo) * dot(n, wi))
     return abs(dot(n, wo) * dot(ng, wi)) / low if low > EPSILON else 0.0
 
 
-@scalar
+@kernel
 def sample_lobe(rows, row, k, ns, ng, wo, u, adjoint):
     """Direction from lobe k of unit weight: (ok, wi, f cos / pdf rgb, pdf_w, eta), photon factor included."""
     front = dot(wo, ng) >= 0.0
@@ -119,15 +123,8 @@ def sample_lobe(rows, row, k, ns, ng, wo, u, adjoint):
     if kind == TRANSPARENT:
         return True, negate(wo), (1.0, 1.0, 1.0), 0.0, 1.0
     if kind == DIFFUSE or kind == TRANSLUCENT:
-        n = lobe_normal(rows, row, k, ns, front)
-        wi, pdf = sample_matte(rows, row, k, n, near, u, adjoint)
-        if pdf <= 0.0 or (dot(near, wi) > 0.0) != (kind == DIFFUSE):
-            return False, UP, BLACK, 0.0, 1.0
-        f, _ = eval_matte(rows, row, k, n, near, wo, wi, adjoint)
-        s = math.pi
-        if adjoint:
-            s *= dot(n, wo) / max(dot(near, wo), EPSILON)
-        return True, wi, scale(f, s), pdf, 1.0
+        ok, wi, value, pdf = sample_matte(rows, row, k, lobe_normal(rows, row, k, ns, front), near, wo, u, adjoint)
+        return ok, wi, value, pdf, 1.0
     n = facet_normal(rows, row, k, ns, ng, wo, front)
     eta = 1.0
     if kind == REFLECT:
@@ -142,13 +139,13 @@ def sample_lobe(rows, row, k, ns, ng, wo, u, adjoint):
     return ok, wi, value, pdf, eta
 
 
-@scalar
+@kernel
 def needs_adjoint_weights(rows, row, k):
     """Whether a lobe's effective weight depends on the view."""
     return rows.params[row, k, GROUP] > 0.0 or rows.params[row, k, MULTISCATTER] != 0.0
 
 
-@scalar
+@kernel
 def sample(rows, row, ns, ng, wo, cls, scratch, u, adjoint, threshold):
     """Where a path goes on, from one lobe of the class; after `prepare` with the same wo.
 
@@ -159,6 +156,11 @@ def sample(rows, row, ns, ng, wo, cls, scratch, u, adjoint, threshold):
     all count in f and pdf (MIS against `eval_rough`). pdf_w = 0 for a delta lobe. eta: index beyond over index here
     where the path crosses, else 1; an eye path multiplies by 1 / eta^2 itself.
     """
+    if is_plain(rows, row) and rows.params[row, 0, HAS_NORMAL] == 0.0:
+        if cls != CLASS_ANY and scratch[0, 4] != cls:
+            return False, UP, BLACK, 0.0, 1.0
+        ok, wi, value, pdf, eta = sample_lobe(rows, row, 0, ns, ng, wo, u, adjoint)
+        return ok, wi, mul(value, (scratch[0, 0], scratch[0, 1], scratch[0, 2])), pdf, eta
     k, u0, total, count = choose(rows, row, scratch, cls, u[0])
     if k < 0:
         return False, UP, BLACK, 0.0, 1.0
@@ -183,11 +185,11 @@ def sample(rows, row, ns, ng, wo, cls, scratch, u, adjoint, threshold):
         s = 1.0 / pdf if adjoint else eta * eta / pdf
         return True, wi, scale(value, s), pdf, eta
     s = 1.0 / share
-    weight = (value[0] * scratch[k, column] * s, value[1] * scratch[k, column + 1] * s, value[2] * scratch[k, column + 2] * s)
-    return True, wi, weight, pdf * share, eta
+    w = (scratch[k, column] * s, scratch[k, column + 1] * s, scratch[k, column + 2] * s)
+    return True, wi, mul(value, w), pdf * share, eta
 
 
-@scalar
+@kernel
 def eval_rough(rows, row, ns, ng, wo, wi, scratch):
     """All rough lobes for one pair of directions; after `prepare` with the same wo.
 

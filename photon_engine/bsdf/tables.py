@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..jit import scalar
+from ..jit import kernel
 
 # Kernels freeze the tables in their compiled code; the checksum here makes new tables a change of source.
 SHA256 = "b28d11da6bf561fb3ae42326ad1c0ad4f0310f440e4a8566930a34166c9ee6be"
@@ -39,7 +39,7 @@ SHARE = _TABLES["share"]
 SCHLICK = _TABLES["schlick"]
 
 
-@scalar
+@kernel
 def cell(x, size):
     """Index and fraction of x in [0, 1] on a grid of `size` points."""
     x = min(max(x, 0.0), 1.0) * (size - 1)
@@ -47,7 +47,7 @@ def cell(x, size):
     return i, x - i
 
 
-@scalar
+@kernel
 def read_2d(table, z, y, x):
     """Bilinear value in slice z of a (Z, Y, X) table; x, y in [0, 1]."""
     i, s = cell(x, table.shape[2])
@@ -57,14 +57,14 @@ def read_2d(table, z, y, x):
     return low * (1.0 - t) + high * t
 
 
-@scalar
+@kernel
 def read_3d(table, z, y, x):
     """Trilinear value of a (Z, Y, X) table; x, y, z in [0, 1]."""
     k, s = cell(z, table.shape[0])
     return read_2d(table, k, y, x) * (1.0 - s) + read_2d(table, k + 1, y, x) * s
 
 
-@scalar
+@kernel
 def read_rows(table, z, x):
     """Bilinear value of a (Z, X) table; x, z in [0, 1]."""
     k, s = cell(z, table.shape[0])
@@ -74,13 +74,13 @@ def read_rows(table, z, x):
     return low * (1.0 - s) + high * s
 
 
-@scalar
+@kernel
 def index_coordinate(eta):
     """z = F0^(1/4) of an index or its inverse."""
     return math.sqrt(abs((eta - 1.0) / (eta + 1.0)))
 
 
-@scalar
+@kernel
 def white_albedo(rough, mu):
     """Directional albedo E of a perfectly reflecting GGX, and its cosine-weighted mean over directions."""
     i, s = cell(rough, WHITE_AVG.shape[1])
@@ -88,7 +88,7 @@ def white_albedo(rough, mu):
     return read_2d(WHITE, 0, mu, rough), mean
 
 
-@scalar
+@kernel
 def glass_albedo(rough, mu, eta):
     """Directional albedo E of clear dielectric GGX (reflected and refracted), and its mean over directions."""
     z = index_coordinate(eta)
@@ -97,13 +97,13 @@ def glass_albedo(rough, mu, eta):
     return read_3d(GLASS, z, mu, rough), read_rows(GLASS_AVG, z, rough)
 
 
-@scalar
+@kernel
 def dielectric_share(rough, mu, eta):
     """Mean share between F0 and F90 under the visible normals, for the dielectric curve of index eta."""
     return read_3d(SHARE, index_coordinate(eta), mu, rough)
 
 
-@scalar
+@kernel
 def schlick_share_5(rough, mu):
     """Mean of (1 - cos)^5 under the visible normals."""
     return read_2d(SCHLICK, 0, mu, rough)
