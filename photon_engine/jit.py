@@ -60,27 +60,19 @@ def source_hash(path: Path) -> str:
 
 
 def kernel(function):
-    """Compile a scalar function or a loop over a batch: no GIL, cached, NaN kept.
+    """Compile a scalar function or a loop over a batch: no GIL, cached, NaN kept, no allocation.
 
+    Without allocation numba counts no references. Counting them costs more than the work of a small function that takes
+    a table of arrays, and the counters bounce between the cores: two threads were slower than one.
     Never with ``parallel=True``: its work queue aborts the process when two Python threads enter.
     """
-    return _compile(function)
-
-
-def scalar(function):
-    """As `kernel`, for a function that allocates nothing, called from kernels: without reference counts.
-
-    Counting the arrays of a NamedTuple at every call cost more than scattering a photon (170 to 100 ns).
-    """
-    return _compile(function, _nrt=False)
-
-
-def _compile(function, **flags):
-    """Compile with the flags that all kernels share, into the module's own cache folder."""
     path = Path(function.__code__.co_filename)
     before = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(cache_root() / f"{path.stem}_{source_hash(path)}")
     try:
-        return numba.njit(nogil=True, cache=True, fastmath=FASTMATH, error_model="numpy", **flags)(function)
+        return numba.njit(nogil=True, cache=True, fastmath=FASTMATH, error_model="numpy", _nrt=False)(function)
     finally:
         numba.config.CACHE_DIR = before
+
+
+scalar = kernel

@@ -39,7 +39,7 @@ def build_map(deposits: Deposits, cell: float) -> PhotonMap:
     buckets = 1 << max(int(math.floor(math.log2(max(n, 1)))), 0)
     start = np.zeros(buckets + 1, np.int32)
     order = np.empty(n, np.int32)
-    _count_sort(deposits.position, cell, start, order)
+    _count_sort(deposits.position, cell, start, order, np.empty(n, np.int32))
     return PhotonMap(
         deposits.position[order], deposits.flux[order], deposits.wi[order], deposits.normal[order], start, cell
     )
@@ -64,11 +64,10 @@ def row_hash(iy, iz):
 
 
 @kernel
-def _count_sort(position, cell, start, order):
-    """Write bucket starts and the stable order of photons by bucket."""
+def _count_sort(position, cell, start, order, bucket):
+    """Write bucket starts and the stable order of photons by bucket; bucket (n,) is work space."""
     n = len(position)
     mask = len(start) - 2
-    bucket = np.empty(n, np.int32)
     for i in range(n):
         row = row_hash(cell_index(float(position[i, 1]), cell), cell_index(float(position[i, 2]), cell))
         b = (row + cell_index(float(position[i, 0]), cell)) & mask
@@ -76,8 +75,11 @@ def _count_sort(position, cell, start, order):
         start[b + 1] += 1
     for b in range(mask + 1):
         start[b + 1] += start[b]
-    fill = start[:-1].copy()
-    for i in range(n):
-        b = bucket[i]
-        order[fill[b]] = i
-        fill[b] += 1
+    # from the last photon down, each bucket filled from its end: start[b + 1] ends as the start of bucket b
+    for i in range(n - 1, -1, -1):
+        b = bucket[i] + 1
+        start[b] -= 1
+        order[start[b]] = i
+    for b in range(mask + 1):
+        start[b] = start[b + 1]
+    start[mask + 1] = n

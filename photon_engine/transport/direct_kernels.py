@@ -75,7 +75,7 @@ def sample_lights(laws, lights, surfaces, points, j, samples, mis, rays):
     mis : whether rays from the lobes will meet the same lights.
     """
     rows = surfaces.rows
-    scratch = np.empty((rows.kind.shape[1], 8))
+    scratch = surfaces.scratch
     count = 0
     for m in range(len(points.hit)):
         i = points.hit[m]
@@ -125,7 +125,7 @@ def attenuate_shadows(laws, surfaces, rays, casts):
     added already: those with prim < 0 here.
     """
     rows = surfaces.rows
-    scratch = np.empty((rows.kind.shape[1], 8))
+    scratch = surfaces.scratch
     alive = 0
     for i in range(len(rays.pixel)):
         prim = surfaces.prim[i]
@@ -169,7 +169,7 @@ def sample_lobes(laws, surfaces, points, gathers, paths):
     gathers : which rough lobes gather: 0 none, 1 the narrow ones, 2 all.
     """
     rows = surfaces.rows
-    scratch = np.empty((rows.kind.shape[1], 8))
+    scratch = surfaces.scratch
     count = 0
     for m in range(len(points.hit)):
         i = points.hit[m]

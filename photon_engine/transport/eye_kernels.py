@@ -167,7 +167,7 @@ def eye_step(laws, rules, lights, surfaces, paths, bounce, points, tile):
     out: how many go on, how many visible points there are.
     """
     geometry, rows = surfaces.geometry, surfaces.rows
-    scratch = np.empty((rows.kind.shape[1], 8))
+    scratch = surfaces.scratch
     alive = 0
     ended = 0
     for i in range(len(paths.key)):

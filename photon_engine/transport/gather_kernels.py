@@ -36,7 +36,7 @@ def gather(laws, surfaces, points, photons, radius, lobes, picture):
     shading normal, hence |ns.wi| / |ng.wi| [Veach 1997, 5.3]. Biased by O(r^2). lobes: 0 all rough ones, 1 the wide ones only.
     """
     rows = surfaces.rows
-    scratch = np.empty((rows.kind.shape[1], 8))
+    scratch = surfaces.scratch
     for m in range(len(points.hit)):
         i = points.hit[m]
         r = min(radius.pixels * float(points.footprint[m]), radius.bound)

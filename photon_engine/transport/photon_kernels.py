@@ -37,6 +37,7 @@ class Surfaces(NamedTuple):
     u: np.ndarray  # (n,) f32
     v: np.ndarray  # (n,) f32
     t: np.ndarray  # (n,) f32
+    scratch: np.ndarray  # (K, 8) f64, work space of the lobes' functions
 
 
 class Laws(NamedTuple):
@@ -112,7 +113,7 @@ def photon_step(laws, surfaces, photons, mode, bounce, deposits, stored, tally):
     `deposits` has room for len(photons) more than `stored`.
     """
     geometry, rows = surfaces.geometry, surfaces.rows
-    scratch = np.empty((rows.kind.shape[1], 8))
+    scratch = surfaces.scratch
     alive = 0
     for i in range(len(photons.key)):
         phi = load3(photons.phi, i)

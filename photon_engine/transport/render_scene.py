@@ -54,7 +54,8 @@ class RenderScene:
         """What rays hit and how it scatters; o, d : (n, 3) f32."""
         hits = self.intersector.closest(o, d, t_max)
         rows, row = self.materials.shade(hits, d, **path)
-        return Surfaces(self.flat.geometry, rows, row, hits.prim, hits.u, hits.v, hits.t)
+        scratch = np.empty((rows.kind.shape[1], 8))
+        return Surfaces(self.flat.geometry, rows, row, hits.prim, hits.u, hits.v, hits.t, scratch)
 
     def _hide_holdouts(self, scene: SceneData) -> None:
         """Holdout objects take the holdout material."""

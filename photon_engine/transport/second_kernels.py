@@ -43,7 +43,7 @@ def second_step(laws, lights, surfaces, paths, bounce, samples, landings, direct
     samples : light samples taken at the visible point, for the MIS weight.
     """
     geometry, rows = surfaces.geometry, surfaces.rows
-    scratch = np.empty((rows.kind.shape[1], 8))
+    scratch = surfaces.scratch
     alive = 0
     landed = 0
     for i in range(len(paths.key)):
