@@ -1,4 +1,4 @@
-"""The command line: render, info, merge.
+"""The command line: render, info, extract, merge.
 
 Exit codes: 0 done; 1 an unexpected error (a bug); 2 wrong usage; 3 the scene or another input cannot be rendered;
 4 the output cannot be written; 130 cancelled, what was rendered is kept.
@@ -85,9 +85,9 @@ def parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )  # fmt: skip
     commands = root.add_subparsers(required=True, metavar="COMMAND")
-    render = commands.add_parser("render", help="render a .blend, or a saved scene (.npz)", epilog=settings_help(),
-                                 formatter_class=argparse.RawDescriptionHelpFormatter)  # fmt: skip
+    render = commands.add_parser("render", help="render a .blend, or a saved scene (.npz)")
     _scene_arguments(render)
+    _settings_argument(render)
     render.add_argument("-o", "--output", metavar="OUT.exr", help="multilayer EXR (default: the scene's name, here)")
     render.add_argument("--no-sheet", action="store_true", help="do not write the PNG sheet OUT.png")
     render.add_argument("--passes", metavar="N", help="stop after N passes")
@@ -102,8 +102,13 @@ def parser() -> argparse.ArgumentParser:
     render.set_defaults(run=run_render)
     info = commands.add_parser("info", help="what a scene holds, what will run, what is not supported")
     _scene_arguments(info)
+    _settings_argument(info)
     info.add_argument("--json", action="store_true", help="as JSON")
     info.set_defaults(run=run_info)
+    extract = commands.add_parser("extract", help="save a .blend's scene, to render it where there is no Blender")
+    _scene_arguments(extract)
+    extract.add_argument("-o", "--output", required=True, metavar="OUT.npz")
+    extract.set_defaults(run=run_extract)
     merge = commands.add_parser("merge", help="merge films saved by render --state")
     merge.add_argument("films", nargs="+", metavar="FILE.npz")
     merge.add_argument("-o", "--output", required=True, metavar="OUT", help="OUT.exr, or OUT.npz for another film")
@@ -119,6 +124,11 @@ def _scene_arguments(command: argparse.ArgumentParser) -> None:
     command.add_argument("--camera", metavar="NAME", help="camera object (default: the scene's)")
     command.add_argument("--view-layer", metavar="NAME", help="view layer (default: the file's active one)")
     command.add_argument("--resolution", type=_resolution, metavar="WxH", help="in pixels (default: the scene's)")
+
+
+def _settings_argument(command: argparse.ArgumentParser) -> None:
+    """--set, with the list of settings below the help."""
+    command.epilog, command.formatter_class = settings_help(), argparse.RawDescriptionHelpFormatter
     command.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="any setting, see below")
 
 
@@ -263,6 +273,20 @@ def run_merge(arguments: argparse.Namespace, console: Console) -> int:
     else:
         _write_pictures(film, output, None if arguments.no_sheet else output.with_suffix(".png"))
     console.say(f"{output}: {film.count} passes of {len(arguments.films)} films")
+    return OK
+
+
+def run_extract(arguments: argparse.Namespace, console: Console) -> int:
+    """`extract`: .blend -> saved scene. Settings stored in the .blend are not part of a scene."""
+    from .scene.io import save_scene
+
+    output = Path(arguments.output)
+    if output.suffix.lower() != ".npz":
+        raise UsageError(f"-o {output}: use the ending .npz")
+    check_writable(output)
+    loaded = load(arguments, IssueLog())
+    save_scene(loaded.scene, output)
+    console.say(f"{output}: {len(loaded.scene.instances)} objects, {len(loaded.scene.lights)} lights")
     return OK
 
 
