@@ -6,15 +6,12 @@ from typing import Any
 
 import bpy
 
-# since 5.0 every world and material has nodes and ``use_nodes`` is a deprecated constant
+# since 5.0 every world and material has nodes, and their ``use_nodes`` is a deprecated constant
 ALWAYS_NODES = bpy.app.version >= (5, 0, 0)
 
 
-def node_tree_of(block: Any) -> Any | None:
-    """The node tree that a world, material or light really shades with, or None."""
-    tree = getattr(block, "node_tree", None)
-    if tree is None:
-        return None
-    if ALWAYS_NODES and not isinstance(block, bpy.types.Light):
-        return tree
-    return tree if block.use_nodes else None
+def uses_nodes(block: Any) -> bool:
+    """Whether a material, world or light shades with its node tree."""
+    if block.node_tree is None:
+        return False
+    return block.use_nodes if isinstance(block, bpy.types.Light) or not ALWAYS_NODES else True

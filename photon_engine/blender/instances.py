@@ -137,10 +137,10 @@ def random_number(item: Any, ob: Any) -> float:
 
 
 def name_hash(name: str) -> int:
-    """Hash of a string: h = 37 h + byte, 32 bits."""
+    """Hash of a string: h = 37 h + byte (unsigned, UTF-8), 32 bits."""
     h = 0
     for byte in name.encode():
-        h = (h * 37 + (byte - 256 if byte > 127 else byte)) & 0xFFFFFFFF
+        h = (h * 37 + byte) & 0xFFFFFFFF
     return h
 
 
