@@ -44,7 +44,7 @@ lint:
 
 bench:
 	@$(ENTER)
-	"$$python" -m benchmarks $(ARGS)
+	"$$python" -m benchmarks.run $(ARGS)
 
 package:
 	@$(ENTER)

@@ -16,9 +16,9 @@ import tomllib
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-import wheels
+import wheel_files
 
-ROOT = wheels.ROOT
+ROOT = wheel_files.ROOT
 MANIFEST = ROOT / "blender_manifest.toml"
 WHEELS = re.compile(r"^wheels = \[\n.*?^\]\n", re.MULTILINE | re.DOTALL)
 PLATFORMS = re.compile(r"^platforms = \[.*?\]\n", re.MULTILINE | re.DOTALL)
@@ -39,9 +39,9 @@ def manifest_wheels(platform: str) -> list[str]:
 def pin() -> None:
     """Write the wheels that requirements.txt asks for, for all platforms and Pythons, into the manifest."""
     names: set[str] = set()
-    for platform in wheels.PLATFORMS:
-        for python in wheels.PYTHONS:
-            names.update(wheels.file_names(platform, python))
+    for platform in wheel_files.PLATFORMS:
+        for python in wheel_files.PYTHONS:
+            names.update(wheel_files.file_names(platform, python))
     listed = toml_list("wheels", [f"./wheels/{name}" for name in sorted(names)])
     MANIFEST.write_text(WHEELS.sub(lambda _: listed, MANIFEST.read_text()))
 
@@ -81,7 +81,7 @@ def build(platform: str, output: Path) -> Path:
     target = output.resolve() / f"photon_engine-{version}-{platform.replace('-', '_')}.zip"
     target.parent.mkdir(parents=True, exist_ok=True)
     target.unlink(missing_ok=True)
-    paths = wheels.fetch(platform, manifest_wheels(platform))
+    paths = wheel_files.fetch(platform, manifest_wheels(platform))
     with tempfile.TemporaryDirectory() as folder:
         stage(Path(folder), platform, paths)
         blender_ext("build", "--source-dir", folder, "--output-filepath", str(target))
@@ -93,7 +93,7 @@ def build(platform: str, output: Path) -> Path:
 def main() -> None:
     """Command line."""
     parser = argparse.ArgumentParser(description="Build the extension's zip with its wheels.")
-    parser.add_argument("--platform", choices=list(wheels.PLATFORMS), default="linux-x64")
+    parser.add_argument("--platform", choices=list(wheel_files.PLATFORMS), default="linux-x64")
     parser.add_argument("--output", type=Path, default=ROOT / "dist")
     parser.add_argument("--pin", action="store_true", help="first list the wheels of requirements.txt in the manifest")
     options = parser.parse_args()
