@@ -75,8 +75,8 @@ def add_deck(scene) -> None:
         common.quad(scene, f"Deck {name}", [(x0, y0, RIM), (x1, y0, RIM), (x1, y1, RIM), (x0, y1, RIM)], stone)
 
 
-def build():
-    """The pool under a sun of half a degree and a blue sky of one colour."""
+def build(sun_angle: float = 0.00918):
+    """The pool under a sun (of half a degree unless told otherwise, [rad]) and a blue sky of one colour."""
     scene = common.new_scene("pool")
     common.set_world(scene, (0.35, 0.56, 0.95), 0.35)
     add_walls(scene, materials.textured_diffuse("Pool Tiles", tile_image()))
@@ -84,6 +84,6 @@ def build():
     water = water_mesh()
     water.materials.append(materials.glass("Water", (0.97, 1.0, 1.0), ior=1.333))
     common.link(scene, "Water", water)
-    common.add_light(scene, "SUN", "Sun", (1.6, 1.2, 3.4), (0, 0, 0), 4.0, angle=0.00918, color=(1.0, 0.95, 0.86))
+    common.add_light(scene, "SUN", "Sun", (1.6, 1.2, 3.4), (0, 0, 0), 4.0, angle=sun_angle, color=(1.0, 0.95, 0.86))
     common.add_camera(scene, (0.0, -4.0, 3.4), (0.0, -0.28, -0.5), 37.0)
     return scene

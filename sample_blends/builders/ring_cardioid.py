@@ -29,8 +29,8 @@ def ring_mesh(radius: float, thickness: float, height: float, segments: int):
     return common.mesh_data("Ring", positions, faces, smooth=True)
 
 
-def build():
-    """A gold ring on a white table, lit from the side by a sphere of 2 cm."""
+def build(lamp_radius: float = 0.02):
+    """A gold ring on a white table, lit from the side by a small sphere (of the same power whatever its size)."""
     scene = common.new_scene("ring_cardioid")
     common.set_world(scene, (0.55, 0.7, 1.0), 0.05)
     table = materials.diffuse("Table", (0.72, 0.68, 0.62))
@@ -39,8 +39,8 @@ def build():
     mesh.materials.append(materials.principled("Gold", Base_Color=(1.0, 0.77, 0.34), Metallic=1.0, Roughness=0.0))
     common.link(scene, "Ring", mesh, (0, 0, 0.0005))
     common.add_light(
-        scene, "POINT", "Lamp", (1.15, -0.75, 0.95), (0, 0, 0), 80.0, shadow_soft_size=0.02, use_soft_falloff=False,
-        color=(1.0, 0.95, 0.88),
+        scene, "POINT", "Lamp", (1.15, -0.75, 0.95), (0, 0, 0), 80.0, shadow_soft_size=lamp_radius,
+        use_soft_falloff=False, color=(1.0, 0.95, 0.88),
     )
     common.add_camera(scene, (0.0, -1.45, 2.05), (0.0, -0.02, 0.03), 34.0)
     return scene

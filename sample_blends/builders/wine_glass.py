@@ -77,8 +77,8 @@ def add_set(scene) -> None:
     common.link(scene, "Backdrop", mesh)
 
 
-def build():
-    """The glass between camera and a small lamp behind it, so that its caustic falls toward the eye.
+def build(lamp_size: float = 0.03):
+    """The glass between camera and a small lamp (diameter in m) behind it, so that its caustic falls toward the eye.
 
     Air to glass: IOR 1.5. Glass to wine, normals pointing from the glass into the wine: 1.5 / 1.345 inside over
     outside. Wine to air: 1.345. The wine's colour is that of the surfaces of the wine (no absorption by length).
@@ -94,7 +94,7 @@ def build():
     wine.materials.append(materials.glass("Wine", (1.0, 0.55, 0.55), ior=WINE_IOR))
     common.link(scene, "Wine", wine)
     common.add_light(
-        scene, "AREA", "Lamp", (0.30, 0.26, 0.42), (0.0, 0.0, 0.10), 4.5, shape="DISK", size=0.03,
+        scene, "AREA", "Lamp", (0.30, 0.26, 0.42), (0.0, 0.0, 0.10), 4.5, shape="DISK", size=lamp_size,
         color=(1.0, 0.94, 0.84),
     )
     common.add_light(
