@@ -363,13 +363,17 @@ def test_world_constant_and_varying():
     issues = IssueLog()
     assert extract(issues).world.color == pytest.approx((0.2, 0.4, 0.6))
     assert not list(issues)
-    sky = tree.nodes.new("ShaderNodeTexGradient")
-    tree.links.new(sky.outputs[0], background.inputs["Color"])
-    issues = IssueLog()
-    data = extract(issues)
-    assert data.world.graph is not None
-    assert data.world.color == pytest.approx((0.2, 0.4, 0.6))
-    assert "0.2, 0.4, 0.6" in next(i.remedy for i in issues if i.object == "World")
+    rgb = tree.nodes.new("ShaderNodeRGB")
+    rgb.outputs[0].default_value = (1.0, 0.5, 0.25, 1.0)
+    tree.links.new(rgb.outputs[0], background.inputs["Color"])
+    assert extract().world.color == pytest.approx((2.0, 1.0, 0.5))
+    for kind in ("TexGradient", "TexEnvironment"):
+        tree.links.new(tree.nodes.new(f"ShaderNode{kind}").outputs["Color"], background.inputs["Color"])
+        issues = IssueLog()
+        data = extract(issues)
+        assert data.world.graph is not None
+        assert data.world.color == pytest.approx((0.2, 0.4, 0.6)), kind
+        assert "0.2, 0.4, 0.6" in next(i.remedy for i in issues if i.object == "World")
 
 
 def test_film_settings(scene):

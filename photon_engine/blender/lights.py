@@ -9,6 +9,8 @@ import numpy as np
 
 from ..issues import IssueLog
 from ..scene.data import Graph, Light
+from ..shading.program import compile_graph
+from ..shading.registry import REGISTRY
 
 WHITE = (1.0, 1.0, 1.0)
 MOST_BOUNCES = 1024  # Cycles' default for a light's own limit, which means no limit
@@ -17,7 +19,7 @@ MOST_BOUNCES = 1024  # Cycles' default for a light's own limit, which means no l
 def extract_light(ob: Any, matrix: np.ndarray, graph: Graph | None, issues: IssueLog) -> Light | None:
     """A lamp object at ``matrix`` (local to world, scale included); None when it gives no light, with an issue.
 
-    ``graph`` is the lamp's node tree: a constant Emission multiplies the lamp's strength, as in Cycles.
+    ``graph`` is the lamp's node tree: constant emission multiplies the lamp's strength, as in Cycles.
     """
     data = ob.data
     if _is_portal(data):
@@ -83,17 +85,17 @@ def _is_portal(data: Any) -> bool:
     return data.type == "AREA" and cycles is not None and getattr(cycles, "is_portal", False)
 
 
-def constant_emission(graph: Graph | None) -> tuple[float, float, float] | None:
-    """Colour times strength of a graph that is one Emission (or Background) node with constant inputs, else None."""
-    if graph is None or graph.surface is None or graph.surface.node < 0:
+def constant_emission(graph: Graph, name: str, issues: IssueLog) -> tuple[float, float, float] | None:
+    """What a lamp's or world's nodes emit, linear RGB, when it is the same everywhere; None when it varies.
+
+    A graph with a node that shading does not know may vary, whatever stands in for that node.
+    """
+    if graph.surface is None:
+        return (0.0, 0.0, 0.0)
+    if any(node.type not in REGISTRY for node in graph.nodes):
         return None
-    node = graph.nodes[graph.surface.node]
-    if node.type not in ("ShaderNodeEmission", "ShaderNodeBackground"):
-        return None
-    color, strength = node.inputs["Color"], node.inputs["Strength"]
-    if color.node >= 0 or strength.node >= 0:
-        return None
-    return tuple(float(c) * float(strength.value) for c in color.value[:3])
+    program = compile_graph(graph, name, [], issues)
+    return tuple(float(c) for c in program.emission()[0]) if program.constant else None
 
 
 def _tree_factor(name: str, graph: Graph | None, issues: IssueLog) -> tuple[float, float, float]:
@@ -103,9 +105,9 @@ def _tree_factor(name: str, graph: Graph | None, issues: IssueLog) -> tuple[floa
     if graph.surface is None:
         issues.warn(name, "the light's nodes are not connected to an output: it is dark", "connect an Emission node")
         return (0.0, 0.0, 0.0)
-    factor = constant_emission(graph)
+    factor = constant_emission(graph, name, issues)
     if factor is None:
-        issues.warn(name, "light nodes other than a constant Emission are not supported yet: they are ignored")
+        issues.warn(name, "light nodes that vary are not supported yet: they are ignored")
         return WHITE
     return factor
 

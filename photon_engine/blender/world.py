@@ -14,13 +14,11 @@ def extract_world(world: Any | None, graph: Graph | None, issues: IssueLog) -> W
     if world is None or graph is None:
         return World()
     _report_unsupported(world, graph, issues)
-    if graph.surface is None:
-        return World(name=world.name, graph=graph)
-    color = constant_emission(graph)
+    color = constant_emission(graph, world.name, issues)
     if color is None:
         color = fallback_color(graph)
         shown = ", ".join(f"{c:.3g}" for c in color)
-        issues.warn(world.name, "world nodes other than a constant Background are not supported yet",
+        issues.warn(world.name, "world nodes that vary are not supported yet",
                     f"the constant colour ({shown}) is used instead")  # fmt: skip
     return World(name=world.name, graph=graph, color=color)
 
