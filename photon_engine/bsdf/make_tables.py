@@ -122,7 +122,8 @@ def main() -> None:
     tables = compute(POINTS)
     coarse = compute(POINTS // 2)
     for name, value in tables.items():
-        sys.stdout.write(f"{name}: {value.shape}, change from half the points {np.abs(value - coarse[name]).max():.1e}\n")
+        change = np.abs(value - coarse[name]).max()
+        sys.stdout.write(f"{name}: {value.shape}, change from half the points {change:.1e}\n")
     path = Path(__file__).with_name("tables.npz")
     with path.open("wb") as file:
         np.savez(file, **tables)

@@ -73,12 +73,16 @@ def grouped(lobes: list[Lobe], group: np.ndarray) -> list[Lobe]:
 
 
 def coat(node: PrincipledInputs, weight: np.ndarray, group: np.ndarray) -> list[Lobe]:
-    """The clear coat: a dielectric mirror over everything but alpha. Its normal is the surface's unless given."""
+    """The clear coat: a dielectric mirror over everything but alpha.
+
+    Its normal is the surface's, not the base's, unless given; energy is kept whatever the distribution, as in Blender.
+    """
     cover = floor(np.maximum(column(node.coat_weight), 0.0))
     return make(
-        lay.REFLECT, weight * cover, node.coat_normal if node.coat_normal is not None else node.normal,
+        lay.REFLECT, weight * cover, node.coat_normal,
         roughness=unit(node.coat_roughness), fresnel=column(lay.FRESNEL_DIELECTRIC),
-        ior=np.maximum(column(node.coat_ior), 1.0), group=group, layer=cover, tint=color(node.coat_tint),
+        ior=np.maximum(column(node.coat_ior), 1.0), multiscatter=np.ones(1), group=group,
+        layer=cover, tint=color(node.coat_tint),
     )  # fmt: skip
 
 
@@ -87,7 +91,8 @@ def metal(node: PrincipledInputs, weight: np.ndarray, group: np.ndarray) -> list
     return make(
         lay.REFLECT, weight, node.normal, roughness=unit(node.roughness), fresnel=column(lay.FRESNEL_F82),
         ior=column(1.5), color_a=np.minimum(color(node.base_color), 1.0),
-        color_b=np.minimum(color(node.specular_tint), 1.0), multiscatter=column(node.distribution == MULTI), group=group,
+        color_b=np.minimum(color(node.specular_tint), 1.0), multiscatter=column(node.distribution == MULTI),
+        group=group,
     )  # fmt: skip
 
 
@@ -119,7 +124,8 @@ def specular(node: PrincipledInputs, weight: np.ndarray, group: np.ndarray) -> l
     here = (eta != 1.0).astype(float)
     return make(
         lay.REFLECT, weight * here, node.normal, roughness=unit(node.roughness),
-        fresnel=column(lay.FRESNEL_GENERALIZED), ior=eta, color_a=np.minimum(color(node.specular_tint) * f0[:, None], 1.0),
+        fresnel=column(lay.FRESNEL_GENERALIZED), ior=eta,
+        color_a=np.minimum(color(node.specular_tint) * f0[:, None], 1.0),
         color_b=np.ones((1, 3)), multiscatter=column(node.distribution == MULTI), group=group, layer=here,
         tint=np.ones((1, 3)),
     )  # fmt: skip

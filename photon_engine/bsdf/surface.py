@@ -6,8 +6,6 @@ not in the weight of `sample` (the caller multiplies) but is in f of `eval_rough
 
 from __future__ import annotations
 
-import math
-
 from ..jit import kernel
 from ..vec import dot, mul, scale
 from .frame import facet_normal, lobe_normal, negate
