@@ -3,6 +3,7 @@
 #
 # PYTHON=python3.13, python3.11 or a path chooses the interpreter; otherwise 3.13 is looked for, then 3.11.
 # The environment is .venv, or .venv-X.Y when .venv belongs to the other version. Needs neither root nor Blender.
+# With --which, only prints the interpreter that would be used.
 set -euo pipefail
 
 root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
@@ -32,7 +33,7 @@ candidates() {
     type -aP python3 python || true
 }
 
-# Prints the first interpreter that is Python X.Y and can make environments; on failure, prints "!" and those that run but cannot.
+# Prints the first interpreter that is Python X.Y and can make environments, else "!" and those that run but cannot.
 find_version() {
     local path lame=""
     while IFS= read -r path; do
@@ -71,6 +72,7 @@ choose_interpreter() {
             fi
             lame=" $PYTHON"
             wanted="$version"
+            [[ "$PYTHON" != */* ]] || explain_nothing_found "$wanted" "$lame" # a path means that one and no other
         elif [[ "$PYTHON" =~ ^python(3\.[0-9]+)$ ]]; then
             wanted="${BASH_REMATCH[1]}"
             [[ " $versions " == *" $wanted "* ]] || fail "PYTHON=$PYTHON is not supported" "choose python3.13 or python3.11"
@@ -128,6 +130,10 @@ check_bpy() {
 }
 
 choose_interpreter
+if [ "${1:-}" = --which ]; then
+    echo "$interpreter"
+    exit
+fi
 exec 9<"$root"
 if command -v flock >/dev/null; then flock 9; fi # two makes at once: one installs, the other waits
 choose_folder
