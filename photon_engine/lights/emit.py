@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 
+from ..geometry.surface import offset_origin
 from ..jit import kernel
 from ..sampling.warps import (
     square_to_cone,
@@ -214,4 +215,5 @@ def _emit_mesh(lights, u0, u1, u2, u3):
     back = u2 >= 0.5
     local = square_to_cosine_hemisphere(2.0 * u2 - (1.0 if back else 0.0), u3)
     d = to_world(local, scale(normal, -1.0) if back else normal)
+    o = offset_origin(o, normal, d, lights.radius)
     return o, d, scale(load3(lights.tri_radiance, m), 2.0 * math.pi / density)

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import qmc
 
+from ..geometry.surface import offset_origin
 from ..jit import kernel
 from ..sampling.warps import square_to_disk
 from ..vec import dot, load3, luminance, madd, scale, sub
@@ -197,7 +198,7 @@ def _aimed_mesh(lights, targets, l, c, u0, u1, u2, u3):
     m, o, normal, density = mesh_origin(lights, u0, u1)
     d = toward(o, load3(targets.center, c), targets.radius[c], u2, u3)
     gain = abs(dot(normal, d)) / (density * cone_mixture(targets, l, o, d))
-    return o, d, scale(load3(lights.tri_radiance, m), gain)
+    return offset_origin(o, normal, d, lights.radius), d, scale(load3(lights.tri_radiance, m), gain)
 
 
 @kernel
