@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from ..issues import RenderError
@@ -75,7 +77,7 @@ def _check_graph(name: str, graph: Graph) -> None:
         _require(socket is None or -1 <= socket.node < len(graph.nodes), name, "its output is linked to no node")
 
 
-def _fits(array: object, shape: tuple[int | None, ...]) -> bool:
+def _fits(array: Any, shape: tuple[int | None, ...]) -> bool:
     """Whether it is a finite numeric array of that shape; None stands for any length."""
     if not isinstance(array, np.ndarray) or array.dtype.kind not in "biuf" or array.ndim != len(shape):
         return False
