@@ -9,6 +9,11 @@ import bpy
 # since 5.0 every world and material has nodes, and their ``use_nodes`` is a deprecated constant
 ALWAYS_NODES = bpy.app.version >= (5, 0, 0)
 
+# since 5.0 groups, reroutes and muted nodes vanish before Cycles sees a tree, so their sockets convert nothing
+INLINED_TREES = ALWAYS_NODES
+# since 5.0 Cycles multiplies an image by its alpha as the image's mode says, before as its file format stores it
+ALPHA_BY_MODE = ALWAYS_NODES
+
 
 def uses_nodes(block: Any) -> bool:
     """Whether a material, world or light shades with its node tree."""

@@ -11,6 +11,7 @@ import numpy as np
 from ..issues import IssueLog
 from ..scene.data import Image
 from ..shading.textures import linear_to_srgb, srgb_to_linear
+from .compat import ALPHA_BY_MODE
 
 MAGENTA = (1.0, 0.0, 1.0, 1.0)  # a missing file, as in Blender
 DATA_SPACES = {"Non-Color", "Raw", "Generic Data"}
@@ -77,17 +78,51 @@ def is_builtin(image: Any) -> bool:
 def premultiply(pixels: np.ndarray, image: Any, whole_bytes: bool) -> None:
     """Multiply colour by alpha, in place, where Cycles does.
 
-    Blender holds bytes straight and floats premultiplied, whatever the file. Cycles reads files itself, but what it
-    takes from Blender it multiplies when the mode says STRAIGHT, so that floats get their alpha twice; so do we.
+    whole_bytes: products of bytes are cut to bytes, as they are unless a colour space is converted afterwards.
     """
-    builtin = is_builtin(image)
-    if image.alpha_mode == "STRAIGHT" and (builtin or not image.is_float):
+    if image.alpha_mode not in ("STRAIGHT", "PREMUL"):
+        return
+    power = alpha_power(image)
+    if power > 0 and not image.is_float and image.alpha_mode == "PREMUL" and not is_builtin(image):
+        byte_product(pixels, np.rint)  # back to the file's bytes
+        power -= 1
+    for _ in range(power):
         if image.is_float or not whole_bytes:
             pixels[..., :3] *= pixels[..., 3:4]
         else:
             byte_product(pixels, np.floor)
-    elif image.alpha_mode == "PREMUL" and not builtin and not image.is_float:
-        byte_product(pixels, np.rint)  # back to the file's bytes
+    if power < 0:
+        alpha = pixels[..., 3:4]
+        pixels[..., :3] /= np.where(alpha > 0.0, alpha, 1.0)
+
+
+def alpha_power(image: Any) -> int:
+    """How often Cycles' pixels are Blender's times alpha (measured: tests/test_nodes_cycles.py).
+
+    Blender holds bytes straight and floats premultiplied. Cycles takes generated, packed and edited images from there
+    and multiplies them: from 5.0 on as the mode says, so that floats can get their alpha twice, before only bytes.
+    Files it reads itself: from 5.0 on as the mode says; before, it multiplied what the format stores straight and
+    left alone what OpenEXR stores premultiplied. Grey files with alpha it never multiplies.
+    """
+    straight = image.alpha_mode == "STRAIGHT"
+    if is_builtin(image):
+        return int(straight) if ALPHA_BY_MODE else int(not image.is_float)
+    if is_grey_alpha(image):
+        return -int(straight) if image.is_float else int(not straight)
+    if not image.is_float:
+        return 1 if straight or ALPHA_BY_MODE else 2
+    if ALPHA_BY_MODE:
+        return 0
+    return -int(straight) if image.file_format in ("OPEN_EXR", "OPEN_EXR_MULTILAYER") else int(not straight)
+
+
+def is_grey_alpha(image: Any) -> bool:
+    """Whether the file has two channels, which Blender does not tell of PNG before 5.0."""
+    if image.file_format != "PNG":
+        return image.depth == 16 and not image.is_float
+    with open(bpy.path.abspath(image.filepath, library=image.library), "rb") as file:
+        header = file.read(26)
+    return len(header) == 26 and header[25] == 4  # colour type of the IHDR chunk [PNG, section 11.2.2]
 
 
 def byte_product(pixels: np.ndarray, rounding: Any) -> None:

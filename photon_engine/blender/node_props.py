@@ -37,7 +37,7 @@ def coerce(value: Any, kind: str, target: str) -> Any:
             value = sum(a * b for a, b in zip(value, LUMINANCE, strict=False))
         elif kind in TRIPLES:
             value = sum(value[:3]) / 3.0
-        return float(value > 0.0) if target == "BOOLEAN" else float(int(value)) if target == "INT" else value
+        return value if target == "VALUE" else float(int(value))
     if kind in SCALARS:
         return [value] * 3
     return value

@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-import bpy
-
 from ..issues import IssueLog
 from ..scene.data import Graph, Node, Socket
+from .compat import INLINED_TREES, uses_nodes
 from .images import ImageTable
 from .node_props import coerce, node_props, socket_value
 
@@ -48,26 +47,23 @@ class Builder:
 
 def material_graph(material: Any, images: ImageTable, issues: IssueLog) -> Graph:
     """The graph of a bpy material; without nodes a diffuse of the viewport colour."""
-    tree = material.node_tree
-    if tree is None or (bpy.app.version < (5, 0, 0) and not material.use_nodes):
+    if not uses_nodes(material):
         return diffuse_graph(tuple(material.diffuse_color)[:3])
-    return tree_graph(tree, material.name, images, issues)
+    return tree_graph(material.node_tree, material.name, images, issues)
 
 
 def world_graph(world: Any, images: ImageTable, issues: IssueLog) -> Graph:
     """The graph of a bpy world; without nodes its colour."""
-    tree = world.node_tree
-    if tree is None or (bpy.app.version < (5, 0, 0) and not world.use_nodes):
+    if not uses_nodes(world):
         return background_graph(tuple(world.color)[:3])
-    return tree_graph(tree, world.name, images, issues)
+    return tree_graph(world.node_tree, world.name, images, issues)
 
 
 def light_graph(light: Any, images: ImageTable, issues: IssueLog) -> Graph | None:
     """The graph of a bpy light, whose emission multiplies its strength; None: it has no nodes."""
-    tree = light.node_tree
-    if tree is None or not light.use_nodes:
+    if not uses_nodes(light):
         return None
-    return tree_graph(tree, light.name, images, issues)
+    return tree_graph(light.node_tree, light.name, images, issues)
 
 
 def diffuse_graph(color: tuple[float, float, float]) -> Graph:
@@ -187,15 +183,20 @@ def _to_socket(builder: Builder, origin: Origin, socket: Any) -> Socket:
     if origin.node is None:
         value = origin.value
         kind = origin.kind
-        for passed in (*reversed(origin.through), socket.type):
+        for passed in (*_interfaces(origin), socket.type):
             value, kind = coerce(value, kind, passed), passed
         return Socket(value, kind=socket.type)
     index = builder.done[(*origin.scope.path, origin.node.name)]
     output, kind = origin.output.identifier, origin.output.type
-    for passed in reversed(origin.through):
+    for passed in _interfaces(origin):
         if _loses(kind, passed):
             index, output, kind = _conversion(builder, index, output, kind, passed), "Value", passed
     return Socket(socket_value(socket), index, output, socket.type)
+
+
+def _interfaces(origin: Origin) -> tuple[str, ...]:
+    """Socket types on the way that convert the value; since 5.0 groups, reroutes and muted nodes do not."""
+    return () if INLINED_TREES else tuple(reversed(origin.through))
 
 
 def _loses(kind: str, passed: str) -> bool:
@@ -223,17 +224,23 @@ def _own_value(socket: Any, through: tuple[str, ...] = ()) -> Origin:
 def trace(scope: Scope, node: Any, socket: Any) -> Origin:
     """What feeds an input, through reroutes, muted nodes and group borders."""
     through: tuple[str, ...] = ()
+    keeper, keeper_through = socket, through  # whose value holds when the way ends without a source
     while True:
         link = scope.links.get((node.name, socket.identifier))
+        passes = node.type == "REROUTE" or node.mute
+        if not passes:
+            keeper, keeper_through = socket, through
+        if link is None and passes and not INLINED_TREES:
+            return Origin(None, None, None, 0.0, "VALUE", through)
         if link is None:
-            return _own_value(socket, through)
+            return _own_value(keeper, keeper_through)
         source, output = link.from_node, link.from_socket
         entered = _enter(scope, source, output)
         if entered is None:
             return Origin(scope, source, output, None, output.type, through)
         scope, node, inner = entered
-        if inner is None:  # nothing behind it: the input keeps its own value
-            return _own_value(socket, through)
+        if inner is None:
+            return _own_value(keeper, keeper_through)
         socket = inner
         through = (*through, output.type)
 

@@ -93,7 +93,7 @@ def convert(value, source: str, target: str):
     """A value of one kind of socket as another, as Blender does it implicitly.
 
     colour -> value: luminance; vector -> value: mean; value -> colour or vector: repeated; colour -> shader: an
-    emission of that colour; integer targets cut off the fraction.
+    emission of that colour; integer and boolean targets cut off the fraction.
     """
     if value is None or source == target:
         return value
@@ -106,9 +106,7 @@ def convert(value, source: str, target: str):
             value = value @ LUMINANCE
         elif source in TRIPLES:
             value = value.mean(axis=1, dtype=f32)
-        if target == "BOOLEAN":
-            return (value > 0.0).astype(f32)
-        return np.trunc(value) if target == "INT" and source != "INT" else value
+        return value if target == "VALUE" or source in ("INT", "BOOLEAN") else np.trunc(value)
     if source in SCALARS:
         return np.repeat(value[:, None], 3, axis=1)
     return value

@@ -16,6 +16,8 @@ from ..textures import (
 )
 from .vectors import dot
 
+MISSING = (1.0, 0.0, 1.0)  # magenta, as Cycles shows what it cannot find
+
 
 def image_needs(item, used):
     """UVs when no vector is linked."""
@@ -42,8 +44,8 @@ def image_texture(x, props, points):
     vector = x.get("Vector")
     uv = points.uvs[""] if vector is None else place(vector, props.get("projection", "FLAT"))
     index = props.get("image")
-    if index is None:  # nothing chosen: Cycles shows black without alpha
-        return {"Color": np.zeros((1, 3), f32), "Alpha": np.zeros(1, f32)}
+    if index is None:  # no image is chosen
+        return {"Color": np.array([MISSING], f32), "Alpha": np.ones(1, f32)}
     image = props["images"][index]
     flags = DECODE if image.encoded else 0
     premultiplied = image.colorspace != "Non-Color" and image.alpha_mode not in ("CHANNEL_PACKED", "NONE")
