@@ -26,6 +26,7 @@ _S27 = np.uint64(27)
 _S30 = np.uint64(30)
 _S31 = np.uint64(31)
 _S11 = np.uint64(11)
+_S32 = np.uint64(32)
 _TO_UNIT = 2.0**-53
 
 
@@ -60,3 +61,14 @@ def path_key(key, path):
 def uniform(key, dimension):
     """The number of a path's dimension: double in [0, 1)."""
     return float(mix(key + np.uint64(dimension + 1) * _DIM) >> _S11) * _TO_UNIT
+
+
+@kernel
+def shifted(points, key, index, dimension):
+    """Number of a low-discrepancy point, moved by a random digital shift that the key decides. Double in [0, 1).
+
+    points : (N, D) u32. XOR with random bits keeps how evenly the points fill the cube and makes each of them uniform, so
+    a mean over them is unbiased, and means of different keys are independent [Kollig and Keller 2002].
+    """
+    shift = np.uint32(mix(key + np.uint64(dimension + 1) * _DIM) >> _S32)
+    return float(points[index, dimension] ^ shift) * 2.0**-32

@@ -16,7 +16,7 @@ from ..lights.select import pick
 from ..lights.targets import emit_aimed
 from ..photons.batch import MAX_ROUGH, ONE_ROUGH, SEEN_SHARP
 from ..photons.packing import pack_direction
-from ..sampling.rng import DIMENSIONS_PER_BOUNCE, path_key, uniform
+from ..sampling.rng import DIMENSIONS_PER_BOUNCE, path_key, shifted, uniform
 from ..vec import dot, load3, max3, scale, store3
 
 CAUSTIC = 0  # store L S+ D, stop at the first D
@@ -49,23 +49,30 @@ class Laws(NamedTuple):
 
 
 @kernel
-def emit_everywhere(lights, key, first, total, photons, tally):
-    """Photons `first` onward of `total`, from all lights by their power."""
+def emit_everywhere(lights, points, key, first, photons, tally):
+    """Photons `first` onward of len(points), from all lights by their power; points (N, 6) u32 as in rng.shifted."""
+    total = len(points)
     for i in range(len(photons.key)):
         k = path_key(key, first + i)
-        light, p_light, _ = pick(lights.photon_cdf, uniform(k, 0))
-        o, d, phi = emit_photon(lights, light, uniform(k, 1), uniform(k, 2), uniform(k, 3), uniform(k, 4))
+        n = first + i
+        light, p_light, _ = pick(lights.photon_cdf, shifted(points, key, n, 0))
+        o, d, phi = emit_photon(
+            lights, light, shifted(points, key, n, 1), shifted(points, key, n, 2), shifted(points, key, n, 3), shifted(points, key, n, 4)
+        )
         _launch(photons, i, k, o, d, scale(phi, 1.0 / (p_light * total)), tally)
 
 
 @kernel
-def emit_at_targets(lights, targets, key, first, total, photons, tally):
-    """Photons `first` onward of `total`, aimed at the specular objects."""
+def emit_at_targets(lights, targets, points, key, first, photons, tally):
+    """Photons `first` onward of len(points), aimed at the specular objects."""
+    total = len(points)
     for i in range(len(photons.key)):
         k = path_key(key, first + i)
-        light, p_light, _ = pick(targets.aimed_cdf, uniform(k, 0))
+        n = first + i
+        light, p_light, _ = pick(targets.aimed_cdf, shifted(points, key, n, 0))
         o, d, phi = emit_aimed(
-            lights, targets, light, uniform(k, 5), uniform(k, 1), uniform(k, 2), uniform(k, 3), uniform(k, 4)
+            lights, targets, light, shifted(points, key, n, 5), shifted(points, key, n, 1), shifted(points, key, n, 2), shifted(points, key, n, 3),
+            shifted(points, key, n, 4),
         )
         _launch(photons, i, k, o, d, scale(phi, 1.0 / (p_light * total)), tally)
 

@@ -4,16 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import Executor
-from functools import partial
+from functools import lru_cache, partial
 
 import numpy as np
+from scipy.stats import qmc
 
 from ..photons.batch import Deposits, empty_deposits, empty_photons, head, join
 from ..sampling.rng import STREAM_CAUSTIC, STREAM_DIFFUSE, make_key
 from .photon_kernels import CAUSTIC, DROPPED, emit_at_targets, emit_everywhere, photon_step
 from .render_scene import RenderScene
 
+EMIT_DIMENSIONS = 6  # which light, which target, two for the point, two for the direction
 CHUNK = 16384  # photons carried together: large enough to hide Python, small enough to stay in cache
+
+
+@lru_cache(maxsize=4)
+def sobol(n: int) -> np.ndarray:
+    """The first n points (n, EMIT_DIMENSIONS) u32 of a Sobol sequence, scrambled once; passes shift it at random."""
+    exponent = max(n - 1, 1).bit_length()
+    points = qmc.Sobol(EMIT_DIMENSIONS, scramble=True, bits=32, rng=0).random_base2(exponent)[:n]
+    return (points * 2.0**32).astype(np.uint32)
 
 
 class PhotonRun:
@@ -24,6 +34,7 @@ class PhotonRun:
         self.total = total
         self.key = key
         self.max_bounces = max_bounces
+        self.points = sobol(total)
 
 
 def trace_photons(
@@ -52,9 +63,9 @@ def _trace_chunk(scene: RenderScene, run: PhotonRun, cancelled: Callable[[], boo
     tally = np.zeros((4, 3))
     photons = empty_photons(n)
     if run.mode == CAUSTIC:
-        emit_at_targets(scene.lights, scene.targets, run.key, first, run.total, photons, tally)
+        emit_at_targets(scene.lights, scene.targets, run.points, run.key, first, photons, tally)
     else:
-        emit_everywhere(scene.lights, run.key, first, run.total, photons, tally)
+        emit_everywhere(scene.lights, run.points, run.key, first, photons, tally)
     deposits, stored, rays = empty_deposits(2 * n), 0, 0
     for bounce in range(run.max_bounces):
         if cancelled():
