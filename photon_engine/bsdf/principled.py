@@ -12,7 +12,7 @@ import numpy as np
 
 from . import layout as lay
 from .layout import Lobe
-from .recipes import MULTI, color, column, diffuse, emission, make, next_group, transparent, unit
+from .recipes import MULTI, color, column, diffuse, emission, make, next_group, unit
 
 CUTOFF = 1e-5  # weights below this count as absent
 MAX_F0 = 0.99
@@ -48,7 +48,7 @@ def principled(**inputs: Any) -> list[Lobe]:
     group = column(next_group())
     alpha = unit(node.alpha)
     weight = alpha.copy()
-    lobes = transparent(1.0 - alpha)
+    lobes = make(lay.TRANSPARENT, 1.0 - alpha)
     lobes += coat(node, weight, group)
     lobes += grouped(emission(color(node.emission_color) * weight[:, None], node.emission_strength), group)
     metallic = floor(unit(node.metallic))

@@ -1,8 +1,8 @@
 """Lobes of Blender's shader nodes: numpy constructors that take one value or one for each hit.
 
-Colours are (3,), (1, 3) or (n, 3) linear; numbers are scalars, (1,) or (n,). A normal is None (the surface's own)
-or (n, 3), unit, world, on the side of the geometric normal. Roughness is Blender's, unsquared. Lobes whose weight
-is zero for all hits are left out.
+Colours are (3,), (1, 3), (n, 3) or a grey number, linear; numbers are scalars, (1,) or (n,). A normal is None (the
+surface's own) or (n, 3), unit, world, on the side of the geometric normal. Roughness is Blender's, unsquared. Lobes
+whose weight is zero for all hits are left out.
 """
 
 from __future__ import annotations
@@ -25,11 +25,23 @@ def column(value) -> np.ndarray:
 
 
 def color(value) -> np.ndarray:
-    """A colour for each hit as (n, 3) or (1, 3) float64, not negative; a number is a grey, a 4th channel is cut."""
+    """A colour, (3,) or (4,), or one for each hit, (n, 3) or (n, 4), or a grey number: as (1 | n, 3), not negative.
+
+    A fourth channel is cut.
+    """
     value = np.asarray(value, np.float64)
-    if value.ndim == 0 or (value.ndim == 1 and value.shape[0] not in (3, 4)):
-        value = np.repeat(np.atleast_1d(value)[:, None], 3, axis=1)
-    return np.maximum(np.atleast_2d(value)[:, :3], 0.0)
+    if value.ndim == 0:
+        value = np.full((1, 3), value)
+    value = np.atleast_2d(value)
+    if value.ndim != 2 or value.shape[1] not in (3, 4):
+        raise ValueError(f"a colour needs the shape (3,) or (n, 3), not {value.shape}")
+    return np.maximum(value[:, :3], 0.0)
+
+
+def factor(value) -> np.ndarray:
+    """A weight: a number, one for each hit, (n,), or a colour for each hit, (n, 3): as (1 | n, 1 | 3), not negative."""
+    value = np.asarray(value, np.float64)
+    return np.maximum(value if value.ndim == 2 else np.atleast_1d(value)[:, None], 0.0)
 
 
 def unit(value) -> np.ndarray:
@@ -44,7 +56,7 @@ def next_group() -> int:
 
 def make(kind: int, weight, normal=None, **fields) -> list[Lobe]:
     """A list of one lobe, or none when it weighs nothing anywhere. Fields are named as in `layout`."""
-    weight = color(weight)
+    weight = factor(weight) * np.ones(3)
     if not weight.any():
         return []
     if "multiscatter" in fields:  # a mirror loses nothing between facets: spare it the tables
@@ -60,23 +72,23 @@ def diffuse(base, roughness=0.0, normal=None, weight=1.0) -> list[Lobe]:
     """Diffuse BSDF: Lambert, or Oren-Nayar where roughness > 0."""
     base = color(base)
     return make(
-        lay.DIFFUSE, base * color(weight), normal, roughness=unit(roughness), color_a=np.minimum(base, 1.0)
+        lay.DIFFUSE, base * factor(weight), normal, roughness=unit(roughness), color_a=np.minimum(base, 1.0)
     )
 
 
 def translucent(base, normal=None) -> list[Lobe]:
     """Translucent BSDF: Lambert through the surface."""
-    return make(lay.TRANSLUCENT, base, normal)
+    return make(lay.TRANSLUCENT, color(base), normal)
 
 
 def transparent(base) -> list[Lobe]:
     """Transparent BSDF: straight on, tinted."""
-    return make(lay.TRANSPARENT, base)
+    return make(lay.TRANSPARENT, color(base))
 
 
 def emission(base, strength=1.0) -> list[Lobe]:
     """Emission: radiance base times strength [W/m^2/sr], from both sides."""
-    return make(lay.EMISSION, color(base) * column(strength)[:, None])
+    return make(lay.EMISSION, color(base) * factor(strength))
 
 
 def holdout() -> list[Lobe]:
@@ -114,7 +126,7 @@ def glass(base, roughness, ior, normal=None, distribution=MULTI) -> list[Lobe]:
     """Glass BSDF: reflects and refracts by Fresnel, both tinted."""
     base = color(base)
     return make(
-        lay.GLASS, np.any(base > 0.0, axis=1).astype(float)[:, None] * np.ones(3), normal, roughness=unit(roughness),
+        lay.GLASS, np.any(base > 0.0, axis=1), normal, roughness=unit(roughness),
         fresnel=column(lay.FRESNEL_DIELECTRIC), ior=np.maximum(column(ior), 1e-5), color_a=base, color_b=base,
         multiscatter=column(distribution == MULTI),
     )  # fmt: skip
@@ -122,16 +134,16 @@ def glass(base, roughness, ior, normal=None, distribution=MULTI) -> list[Lobe]:
 
 def refraction(base, roughness, ior, normal=None) -> list[Lobe]:
     """Refraction BSDF: refracts only; total internal reflection is black."""
-    return make(lay.REFRACT, base, normal, roughness=unit(roughness), ior=np.maximum(column(ior), 1e-5))
+    return make(lay.REFRACT, color(base), normal, roughness=unit(roughness), ior=np.maximum(column(ior), 1e-5))
 
 
 def scale_lobes(lobes: list[Lobe], weight) -> list[Lobe]:
-    """The lobes times a factor (number or colour for each hit), for Mix and Add Shader; their layers stay apart."""
-    factor = color(weight)
+    """The lobes times a factor (see `factor`), for Mix and Add Shader; their layers stay apart."""
+    share = factor(weight)
     groups: dict[float, float] = {}
     out = []
     for lobe in lobes:
-        scaled = lobe.weight * factor
+        scaled = lobe.weight * share
         fields = dict(lobe.fields)
         if lay.GROUP in fields:
             old = float(fields[lay.GROUP][0])
