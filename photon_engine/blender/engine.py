@@ -19,8 +19,11 @@ log = logging.getLogger("photon_map")
 
 ENGINE_ID = "PHOTON_MAP"
 VIEWPORT_TEXT = "Photon Map does not render the viewport yet: press F12, or use Material Preview"
-# material icons and the preview sphere are small and refreshed at each change: few photons, wide gathers
-PREVIEW = {"passes": 4, "seconds": 3.0, "caustic_photons": 5_000, "diffuse_photons": 5_000, "final_gather": "OFF"}
+# material icons and the preview sphere are small and refreshed at each change: few photons, hence wide gathers
+PREVIEW = Settings(
+    passes=8, seconds=2.0, caustic_photons=10_000, diffuse_photons=20_000, caustic_radius=4.0, diffuse_radius=24.0,
+    light_samples=4,
+)  # fmt: skip
 
 
 class PhotonMapEngine(bpy.types.RenderEngine):
@@ -81,7 +84,7 @@ class PhotonMapEngine(bpy.types.RenderEngine):
     def _settings(self, depsgraph) -> Settings:
         """The scene's settings, or small ones for a material preview."""
         if self.is_preview:
-            return Settings(**PREVIEW)
+            return PREVIEW
         return settings_from(depsgraph.scene)
 
     def _fail(self, text: str) -> None:

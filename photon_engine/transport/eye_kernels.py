@@ -7,14 +7,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..bsdf.layout import CLASS_NULL, CLASS_ROUGH, CLASS_SHARP, HOLDOUT
+from ..bsdf.layout import CLASS_NULL, CLASS_ROUGH, CLASS_SHARP, HOLDOUT, NONE
 from ..bsdf.surface import emission, prepare, sample
 from ..camera.rays import generate_ray
 from ..geometry.surface import offset_origin, surface_point
 from ..jit import kernel
 from ..lights.sample import lamps_along_ray, suns_along_ray, world_radiance
 from ..sampling.rng import DIMENSIONS_PER_BOUNCE, path_key, uniform
-from ..vec import add, dot, load3, madd, max3, scale, store3
+from ..vec import add, dot, load3, luminance, madd, max3, scale, store3
 from .photon_kernels import choose_class
 
 
@@ -136,8 +136,11 @@ def _first_hit(rules, paths, i, t, facing, scratch, kinds, tile):
     tile.depth[pixel, 0] = depth
     store3(tile.normal, pixel, facing)
     for k in range(len(kinds)):
-        if scratch[k, 4] != CLASS_NULL and scratch[k, 3] > 0.0:
-            add3(tile.albedo, pixel, (scratch[k, 0], scratch[k, 1], scratch[k, 2]))
+        if kinds[k] == NONE:  # beyond it scratch holds another hit's lobes
+            break
+        if scratch[k, 4] > CLASS_NULL and scratch[k, 3] > 0.0:
+            weight = (scratch[k, 0], scratch[k, 1], scratch[k, 2])
+            add3(tile.albedo, pixel, scale(weight, scratch[k, 3] / luminance(weight)))
 
 
 @kernel
