@@ -61,7 +61,7 @@ class Settings:
         group="Light Paths",
     )
     light_samples: int = setting(
-        1, "Light Samples", "Shadow rays from each visible point in each pass", min=1, max=64, group="Light Paths"
+        4, "Light Samples", "Shadow rays from each visible point in each pass", min=1, max=64, group="Light Paths"
     )
     specular_threshold: float = setting(
         0.05, "Specular Threshold",
