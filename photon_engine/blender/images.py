@@ -67,6 +67,8 @@ def read_image(image: Any, issues: IssueLog) -> Image:
         to_scene_linear(pixels, space, image, issues)
     if image.alpha_mode == "NONE":
         pixels[..., 3] = 1.0
+    if not image.is_float and not converted:
+        pixels = np.rint(pixels * np.float32(255.0)).astype(np.uint8)
     return Image(image.name, pixels, "Non-Color" if space in DATA_SPACES else space, image.alpha_mode, encoded)
 
 

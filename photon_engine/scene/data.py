@@ -92,8 +92,9 @@ class Image:
     """An image data-block: pixels, or where to find them."""
 
     name: str
-    pixels: np.ndarray | None = None  # (H, W, 4) f32, bottom row first, linear scene colour unless Non-Color
-    colorspace: str = "sRGB"  # Blender's name of the space the file was in (pixels here are already linear)
+    # (H, W, 4) f32, or u8 with 255 for 1; bottom row first, linear scene colour unless `encoded` or Non-Color
+    pixels: np.ndarray | None = None
+    colorspace: str = "sRGB"  # Blender's name of the space the file was in
     alpha_mode: str = "STRAIGHT"  # pixels here are as Cycles sees them: premultiplied unless CHANNEL_PACKED/NONE
     encoded: bool = False  # the sRGB curve is still on: lookups interpolate first and decode afterwards, as Cycles does
 

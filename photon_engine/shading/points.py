@@ -84,18 +84,19 @@ class ShadePoints:
 
 def probe_points(n: int, needs: frozenset[str] = frozenset()) -> ShadePoints:
     """n harmless points on the plane z = 0 seen from above, filled with all that `needs` names."""
-    zero, up = np.zeros((n, 3), np.float32), np.tile(np.array([0.0, 0.0, 1.0], np.float32), (n, 1))
+    def rows(*values: float) -> np.ndarray:
+        return np.tile(np.array(values, np.float32), (n, 1))
+
     layers = {name.partition(":")[2]: np.zeros((n, 2), np.float32) for name in needs if name.split(":")[0] == "uv"}
-    tangent = np.tile(np.array([1.0, 0.0, 0.0, 1.0], np.float32), (n, 1))
     objects = ObjectTable(
         np.eye(3, dtype=np.float32)[None], np.eye(3, dtype=np.float32)[None], np.zeros((1, 3), np.float32),
         np.ones((1, 4), np.float32), np.zeros(1, np.float32), np.zeros(1, np.float32),
     )
     return ShadePoints(
-        p=zero, ng=up, ns=up, wo=up, backfacing=np.zeros(n, bool), uvs=layers, generated=zero, object=zero,
-        normal_local=up, parametric=zero[:, :2], instance=np.zeros(n, np.int32), objects=objects,
+        p=rows(0, 0, 0), ng=rows(0, 0, 1), ns=rows(0, 0, 1), wo=rows(0, 0, 1), backfacing=np.zeros(n, bool), uvs=layers,
+        generated=rows(0, 0, 0), object=rows(0, 0, 0), normal_local=rows(0, 0, 1), parametric=rows(0, 0), instance=np.zeros(n, np.int32), objects=objects,
         camera=np.eye(4, dtype=np.float32),
-        tangents={name.partition(":")[2]: tangent for name in needs if name.split(":")[0] == "tangent"},
+        tangents={name.partition(":")[2]: rows(1, 0, 0, 1) for name in needs if name.split(":")[0] == "tangent"},
         attributes={name.partition(":")[2]: np.zeros((n, 4), np.float32)
                     for name in needs if name.split(":")[0] == "attribute"},
     )

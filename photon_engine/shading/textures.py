@@ -50,13 +50,23 @@ def wrap(i, n, extension):
     if 0 <= i < n:
         return i
     if extension == REPEAT:
-        return i % n
+        return i - n if n <= i < 2 * n else i % n
     if extension == EXTEND:
         return 0 if i < 0 else n - 1
     if extension == MIRROR:
         m = (i if i >= 0 else -1 - i) % (2 * n)
         return 2 * n - 1 - m if m >= n else m
     return -1
+
+
+@kernel
+def reduce(i, n, extension):
+    """A whole float index moved into one period, exactly, without the slow integer division of `wrap`."""
+    if extension == REPEAT:
+        return i - n * math.floor(i / n)
+    if extension == MIRROR:
+        return i - 2 * n * math.floor(i / (2 * n))
+    return i
 
 
 @kernel
@@ -76,6 +86,7 @@ def sample_linear(pixels, x, y, extension):
     height, width = pixels.shape[0], pixels.shape[1]
     fx, fy = math.floor(x - 0.5), math.floor(y - 0.5)
     tx, ty = x - 0.5 - fx, y - 0.5 - fy
+    fx, fy = reduce(fx, width, extension), reduce(fy, height, extension)
     x0, x1 = wrap(int(fx), width, extension), wrap(int(fx) + 1, width, extension)
     r = g = b = a = 0.0
     for row in range(2):
@@ -104,6 +115,7 @@ def sample_cubic(pixels, x, y, extension):
     height, width = pixels.shape[0], pixels.shape[1]
     fx, fy = math.floor(x - 0.5), math.floor(y - 0.5)
     wx, wy = cubic_weights(x - 0.5 - fx), cubic_weights(y - 0.5 - fy)
+    fx, fy = reduce(fx, width, extension), reduce(fy, height, extension)
     r = g = b = a = 0.0
     for row in range(4):
         yy = wrap(int(fy) - 1 + row, height, extension)
@@ -132,10 +144,11 @@ def sample_closest(pixels, x, y, extension):
 
 
 @kernel
-def sample_image(pixels, uv, mode, extension, flags, table, out):
+def sample_image_rows(pixels, scale, uv, mode, extension, flags, table, out):
     """Image lookups of a batch.
 
-    pixels : (H, W, 4) f32, bottom row first, premultiplied;  uv : (n, 2 or 3) f32, (0, 0) the lower left corner
+    pixels : (H, W, 4) f32 or u8, bottom row first, premultiplied;  scale : 1, or 1/255 for bytes
+    uv : (n, 2 or 3) f32, (0, 0) the lower left corner
     flags : UNPREMULTIPLY divides colour by alpha, DECODE then applies the sRGB curve;  out : (n, 4) f32
     Coordinates beyond 2^30 texels or not finite give the pixel of the origin.
     """
@@ -150,6 +163,7 @@ def sample_image(pixels, uv, mode, extension, flags, table, out):
             r, g, b, a = sample_cubic(pixels, x, y, extension)
         else:
             r, g, b, a = sample_closest(pixels, x, y, extension)
+        r, g, b, a = r * scale, g * scale, b * scale, a * scale
         if flags & UNPREMULTIPLY and a != 0.0 and a != 1.0:
             r, g, b = r / a, g / a, b / a
         if flags & DECODE:
@@ -158,3 +172,12 @@ def sample_image(pixels, uv, mode, extension, flags, table, out):
         out[i, 1] = g
         out[i, 2] = b
         out[i, 3] = a
+
+
+def sample_image(pixels, uv, mode, extension, flags):
+    """Image lookups of a batch, (n, 4) f32; see sample_image_rows."""
+    out = np.empty((len(uv), 4), np.float32)
+    scale = 1.0 / 255.0 if pixels.dtype == np.uint8 else 1.0
+    uv = np.ascontiguousarray(uv, np.float32)
+    sample_image_rows(pixels, scale, uv, mode, extension, flags, DECODE_TABLE, out)
+    return out

@@ -1,48 +1,89 @@
-"""Between linear RGB and its HSV and HSL forms, rows (n, 3)."""
+"""Between linear RGB and its HSV and HSL forms, rows (n, 3) [Smith 1978, Color Gamut Transform Pairs]."""
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
+from ...jit import kernel
 from ..registry import f32
 
 
-def _hue(rgb, high, span):
-    """Hue in [0, 1) and 0 for grey."""
-    r, g, b = rgb[:, 0], rgb[:, 1], rgb[:, 2]
-    safe = np.where(span != 0.0, span, f32(1.0))
-    h = np.where(r == high, (g - b) / safe, np.where(g == high, 2.0 + (b - r) / safe, 4.0 + (r - g) / safe))
-    h = h * f32(1.0 / 6.0)
-    return np.where(span != 0.0, np.where(h < 0.0, h + f32(1.0), h), f32(0.0))
+@kernel
+def hue_of(r, g, b, high, span):
+    """Hue in [0, 1), 0 for grey; span: largest minus smallest channel."""
+    if span == 0.0:
+        return 0.0
+    if r == high:
+        h = (g - b) / span
+    elif g == high:
+        h = 2.0 + (b - r) / span
+    else:
+        h = 4.0 + (r - g) / span
+    return h / 6.0 + 1.0 if h < 0.0 else h / 6.0
 
 
-def rgb_to_hsv(rgb):
-    """Hue, saturation, value [Smith 1978]."""
-    high, low = rgb.max(axis=1), rgb.min(axis=1)
-    span = np.where(high != 0.0, high - low, f32(0.0))
-    s = span / np.where(high != 0.0, high, f32(1.0))
-    return np.stack([_hue(rgb, high, span), s, high], axis=1)
+@kernel
+def rgb_to_hsv_rows(rgb, out):
+    """Hue, saturation, value of each row."""
+    for i in range(len(rgb)):
+        r, g, b = float(rgb[i, 0]), float(rgb[i, 1]), float(rgb[i, 2])
+        high, low = max(r, max(g, b)), min(r, min(g, b))
+        span = high - low if high != 0.0 else 0.0
+        out[i, 0] = hue_of(r, g, b, high, span)
+        out[i, 1] = span / high if high != 0.0 else 0.0
+        out[i, 2] = high
 
 
-def hsv_to_rgb(hsv):
-    """Inverse of rgb_to_hsv; channel k is v (1 - s clamp(min(m, 4 - m), 0, 1)) with m = (5, 3, 1)[k] + 6 h mod 6."""
-    h, s, v = hsv[:, 0:1], hsv[:, 1:2], hsv[:, 2:3]
-    m = np.mod(np.array([5.0, 3.0, 1.0], f32) + 6.0 * h, f32(6.0))
-    return v - v * s * np.clip(np.minimum(m, 4.0 - m), 0.0, 1.0)
+@kernel
+def hsv_to_rgb_rows(hsv, out):
+    """Inverse: channel k is v (1 - s clamp(min(m, 4 - m), 0, 1)) with m = (5, 3, 1)[k] + 6 h modulo 6."""
+    for i in range(len(hsv)):
+        s, v = float(hsv[i, 1]), float(hsv[i, 2])
+        for k in range(3):
+            m = (5.0 - 2.0 * k) + 6.0 * float(hsv[i, 0])
+            m -= 6.0 * math.floor(m / 6.0)
+            out[i, k] = v - v * s * max(0.0, min(1.0, min(m, 4.0 - m)))
 
 
-def rgb_to_hsl(rgb):
-    """Hue, saturation, lightness."""
-    high, low = rgb.max(axis=1), rgb.min(axis=1)
-    span, light = high - low, np.minimum(f32(1.0), (high + low) * f32(0.5))
-    rest = np.where(light > 0.5, 2.0 - high - low, high + low)
-    s = np.where(span != 0.0, span / np.where(rest != 0.0, rest, f32(1.0)), f32(0.0))
-    return np.stack([_hue(rgb, high, span), s, light], axis=1)
+@kernel
+def rgb_to_hsl_rows(rgb, out):
+    """Hue, saturation, lightness of each row."""
+    for i in range(len(rgb)):
+        r, g, b = float(rgb[i, 0]), float(rgb[i, 1]), float(rgb[i, 2])
+        high, low = max(r, max(g, b)), min(r, min(g, b))
+        span, light = high - low, min(1.0, 0.5 * (high + low))
+        rest = 2.0 - high - low if light > 0.5 else high + low
+        out[i, 0] = hue_of(r, g, b, high, span)
+        out[i, 1] = span / rest if span != 0.0 and rest != 0.0 else 0.0
+        out[i, 2] = light
 
 
-def hsl_to_rgb(hsl):
-    """Inverse of rgb_to_hsl."""
-    h6, s, light = hsl[:, 0:1] * f32(6.0), hsl[:, 1:2], hsl[:, 2:3]
-    wave = np.abs(h6 - np.array([3.0, 2.0, 4.0], f32)) * np.array([1.0, -1.0, -1.0], f32)
-    pure = np.clip(wave + np.array([-1.0, 2.0, 2.0], f32), 0.0, 1.0)
-    return (pure - f32(0.5)) * ((f32(1.0) - np.abs(2.0 * light - 1.0)) * s) + light
+@kernel
+def hsl_to_rgb_rows(hsl, out):
+    """Inverse of rgb_to_hsl_rows."""
+    for i in range(len(hsl)):
+        h6, light = 6.0 * float(hsl[i, 0]), float(hsl[i, 2])
+        chroma = (1.0 - abs(2.0 * light - 1.0)) * float(hsl[i, 1])
+        out[i, 0] = (min(1.0, max(0.0, abs(h6 - 3.0) - 1.0)) - 0.5) * chroma + light
+        out[i, 1] = (min(1.0, max(0.0, 2.0 - abs(h6 - 2.0))) - 0.5) * chroma + light
+        out[i, 2] = (min(1.0, max(0.0, 2.0 - abs(h6 - 4.0))) - 0.5) * chroma + light
+
+
+def _rows(function):
+    """The kernel as a function that allocates its result."""
+    def convert(values):
+        values = np.ascontiguousarray(values, f32)
+        out = np.empty_like(values)
+        function(values, out)
+        return out
+
+    convert.__doc__ = function.__doc__
+    return convert
+
+
+rgb_to_hsv = _rows(rgb_to_hsv_rows)
+hsv_to_rgb = _rows(hsv_to_rgb_rows)
+rgb_to_hsl = _rows(rgb_to_hsl_rows)
+hsl_to_rgb = _rows(hsl_to_rgb_rows)

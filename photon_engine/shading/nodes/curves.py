@@ -4,27 +4,34 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...jit import kernel
 from ..registry import column, f32, node
 
 
-def lookup(table, t, interpolate=True, extrapolate=False):
-    """Value of a table (m,) or (m, C) at t (n,) in [0, 1]: the entry below, or linear between entries."""
+@kernel
+def lookup_rows(table, t, interpolate, extrapolate, out):
+    """Rows of a table (m, C) at t (n,): the entry below, or linear between entries, or on along the end's slope."""
     last = len(table) - 1
-    s = np.clip(t, 0.0, 1.0) * f32(last)
-    i = np.clip(s.astype(np.int32), 0, last)
-    below = table[i]
-    if not interpolate:
-        return below
-    frac = s - i
-    if table.ndim == 2:
-        frac = column(frac)
-    value = (f32(1.0) - frac) * below + frac * table[np.minimum(i + 1, last)]
-    if not extrapolate:
-        return value
-    under, over = np.minimum(t, 0.0) * f32(last), np.maximum(t - f32(1.0), 0.0) * f32(last)
-    if table.ndim == 2:
-        under, over = column(under), column(over)
-    return value + (table[1] - table[0]) * under + (table[last] - table[last - 1]) * over
+    for i in range(len(t)):
+        s = float(t[i]) * last
+        inside = min(max(s, 0.0), float(last)) if s == s else 0.0
+        low = int(inside)
+        high = min(low + 1, last)
+        frac = inside - low if interpolate else 0.0
+        beyond = s - inside if extrapolate and s == s else 0.0
+        first = 0 if beyond < 0.0 else last - 1
+        for k in range(table.shape[1]):
+            value = (1.0 - frac) * table[low, k] + frac * table[high, k]
+            if beyond != 0.0:
+                value += (table[first + 1, k] - table[first, k]) * beyond
+            out[i, k] = value
+
+
+def lookup(table, t, interpolate=True, extrapolate=False):
+    """Values of a table (m, C) at t (n,), (n, C) f32; see lookup_rows."""
+    out = np.empty((len(t), table.shape[1]), f32)
+    lookup_rows(table, np.ascontiguousarray(t, f32), interpolate, extrapolate, out)
+    return out
 
 
 @node("ShaderNodeValToRGB")
@@ -40,15 +47,15 @@ def float_curve(x, props, points):
     """A number through a curve, mixed by the factor."""
     curve, t, value = props["mapping"], x["Factor"], x["Value"]
     place = (value - f32(curve["min_x"])) / f32(curve["max_x"] - curve["min_x"])
-    out = lookup(curve["tables"][0], place, True, curve["extrapolate"])
+    out = lookup(curve["tables"][0][:, None], place, True, curve["extrapolate"])[:, 0]
     return {"Value": (f32(1.0) - t) * value + t * out}
 
 
 def _triple(value, curve):
     """Each channel through its own curve."""
     place = (value - f32(curve["min_x"])) / f32(curve["max_x"] - curve["min_x"])
-    parts = [lookup(curve["tables"][k], place[:, k], True, curve["extrapolate"]) for k in range(3)]
-    return np.stack(parts, axis=1)
+    parts = [lookup(curve["tables"][k][:, None], place[:, k], True, curve["extrapolate"]) for k in range(3)]
+    return np.concatenate(parts, axis=1)
 
 
 @node("ShaderNodeRGBCurve")

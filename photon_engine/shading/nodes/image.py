@@ -7,7 +7,6 @@ import numpy as np
 from ..registry import column, f32, node, unlinked
 from ..textures import (
     DECODE,
-    DECODE_TABLE,
     EXTENSIONS,
     INTERPOLATIONS,
     LINEAR,
@@ -51,10 +50,9 @@ def image_texture(x, props, points):
     premultiplied = image.colorspace != "Non-Color" and image.alpha_mode not in ("CHANNEL_PACKED", "NONE")
     if premultiplied and "Alpha" in props["used"]:  # Cycles gives straight colour only beside its alpha
         flags |= UNPREMULTIPLY
-    out = np.empty((len(uv), 4), f32)
     mode = INTERPOLATIONS.get(props.get("interpolation", "Linear"), LINEAR)
     extension = EXTENSIONS[props.get("extension", "REPEAT")]
-    sample_image(image.pixels, np.ascontiguousarray(uv, f32), mode, extension, flags, DECODE_TABLE, out)
+    out = sample_image(image.pixels, uv, mode, extension, flags)
     return {"Color": out[:, :3], "Alpha": out[:, 3]}
 
 
