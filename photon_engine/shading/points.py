@@ -94,9 +94,9 @@ def probe_points(n: int, needs: frozenset[str] = frozenset()) -> ShadePoints:
     )
     return ShadePoints(
         p=rows(0, 0, 0), ng=rows(0, 0, 1), ns=rows(0, 0, 1), wo=rows(0, 0, 1), backfacing=np.zeros(n, bool), uvs=layers,
-        generated=rows(0, 0, 0), object=rows(0, 0, 0), normal_local=rows(0, 0, 1), parametric=rows(0, 0), instance=np.zeros(n, np.int32), objects=objects,
-        camera=np.eye(4, dtype=np.float32),
+        generated=rows(0, 0, 0), object=rows(0, 0, 0), normal_local=rows(0, 0, 1), parametric=rows(0, 0),
+        instance=np.zeros(n, np.int32), objects=objects, camera=np.eye(4, dtype=np.float32),
         tangents={name.partition(":")[2]: rows(1, 0, 0, 1) for name in needs if name.split(":")[0] == "tangent"},
         attributes={name.partition(":")[2]: np.zeros((n, 4), np.float32)
                     for name in needs if name.split(":")[0] == "attribute"},
-    )
+    )  # fmt: skip

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..registry import column, f32, node
+from .normals import contiguous, tangent_rows
 from .vectors import cross, dot, normalize, rotate
 
 ONE = f32(1.0)
@@ -185,13 +186,13 @@ def normal_map_needs(item, used):
 @node("ShaderNodeNormalMap", varies=True, needs=normal_map_needs)
 def normal_map(x, props, points):
     """A shading normal from a colour, in tangent, object or world space; turned to the side that was hit."""
-    c = 2.0 * x["Color"] - ONE
-    strength, space = x["Strength"], props.get("space", "TANGENT")
+    color, strength, space = x["Color"], x["Strength"], props.get("space", "TANGENT")
     if props.get("convention") == "DIRECTX":
-        c = c * np.array([1.0, -1.0, 1.0], f32)
+        color = np.stack([color[:, 0], ONE - color[:, 1], color[:, 2]], axis=1)
     own = points.facing(points.ns)
     if space == "TANGENT":
-        return {"Normal": _or_own(points.facing(_tangent_normal(c, strength, props, points)), own)}
+        return {"Normal": _or_own(points.facing(_tangent_normal(color, strength, props, points)), own)}
+    c = 2.0 * color - ONE
     if space.startswith("BLENDER"):
         c = c * np.array([1.0, -1.0, -1.0], f32)
     n = to_world(points, c) if space.endswith("OBJECT") else normalize(c)
@@ -206,14 +207,14 @@ def _or_own(n, own):
     return np.where(column(bad), own, n) if bad.any() else n
 
 
-def _tangent_normal(c, strength, props, points):
-    """Normal from tangent-space components c, with the mesh's own interpolated frame, world, outward."""
+def _tangent_normal(color, strength, props, points):
+    """Normal from a tangent-space colour, with the mesh's own interpolated frame, world, outward."""
     tangent = points.tangents.get(props.get("uv_map", ""))
     if tangent is None:
         return points.ns
-    weight = column(np.clip(strength, 0.0, 1.0))
-    strength = column(strength)
-    t, n = tangent[:, :3], points.normal_local
-    b = tangent[:, 3:4] * cross(n, t)
-    local = (c[:, 0:1] * strength) * t + (c[:, 1:2] * strength) * b + (ONE + weight * (c[:, 2:3] - ONE)) * n
-    return to_world(points, normalize(local))
+    out = np.empty(points.ns.shape, f32)
+    tangent_rows(
+        contiguous(color), contiguous(strength), contiguous(tangent), contiguous(points.normal_local),
+        contiguous(points.objects.inverse), points.instance, out,
+    )  # fmt: skip
+    return out

@@ -9,6 +9,7 @@ import numpy as np
 from ...bsdf import recipes
 from ...bsdf.principled import PrincipledInputs
 from ..registry import column, f32, node
+from .normals import contiguous, outward_rows
 
 PRINCIPLED_INPUTS = frozenset(item.name for item in fields(PrincipledInputs))
 
@@ -27,10 +28,9 @@ def outward(x, points, name="Normal"):
     normal = x.get(name)
     if normal is None:
         return None
-    normal = np.broadcast_to(normal, points.p.shape)
-    size = np.sqrt(np.einsum("ij,ij->i", normal, normal))[:, None]
-    own = points.facing(points.ns)
-    return points.facing(np.where(size > 0.0, normal / np.where(size > 0.0, size, f32(1.0)), own)).astype(f32)
+    out = np.empty(points.ns.shape, f32)
+    outward_rows(contiguous(normal), contiguous(points.ns), points.backfacing, out)
+    return out
 
 
 @node("ShaderNodeBsdfDiffuse", varies=linked_normal())
