@@ -136,3 +136,23 @@ def sample_glass(rows, row, k, n, ng, wo, eta, u):
     else:
         pdf *= 0.25
     return True, wi, (value[0] * s, value[1] * s, value[2] * s), pdf, through
+
+
+@kernel
+def sample_clear(wo, n, ng, eta, u):
+    """`sample_glass` for a delta lobe whose reflection and transmission have one tint: the weight is the tint.
+
+    out : (ok, wi, refracted).
+    """
+    c = dot(n, wo)
+    if c <= 0.0:
+        return False, UP, False
+    f, cos_t = fresnel_dielectric(c, eta)
+    through = u >= f
+    if through:
+        wi = refract_in(wo, n, c, cos_t, eta)
+    else:
+        wi = (2.0 * c * n[0] - wo[0], 2.0 * c * n[1] - wo[1], 2.0 * c * n[2] - wo[2])
+    cos_i = cos_t if through else c
+    ok = cos_i > 1e-9 and (dot(ng, wi) < 0.0) == through
+    return ok, wi, through

@@ -19,6 +19,7 @@ from .layout import (
     EMISSION,
     GLASS,
     GROUP,
+    HAS_NORMAL,
     HOLDOUT,
     IOR,
     LAYER,
@@ -31,6 +32,7 @@ from .layout import (
     TRANSPARENT,
     WEIGHT,
 )
+from .matte import SMOOTH
 
 CLASS_NOTHING = -2  # of lobes that scatter nothing (emission, holdout)
 
@@ -66,6 +68,14 @@ def is_plain(rows, row):
         and p[row, 0, COLOR_A + 1] == p[row, 0, COLOR_B + 1]
         and p[row, 0, COLOR_A + 2] == p[row, 0, COLOR_B + 2]
     )
+
+
+@kernel
+def is_lambert(rows, row):
+    """Whether the row is a single Lambert lobe about the surface's shading normal."""
+    if rows.kind[row, 0] != DIFFUSE or (rows.kind.shape[1] > 1 and rows.kind[row, 1] != NONE):
+        return False
+    return rows.params[row, 0, ROUGHNESS] < SMOOTH and rows.params[row, 0, HAS_NORMAL] == 0.0
 
 
 @kernel

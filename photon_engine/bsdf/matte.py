@@ -73,3 +73,19 @@ def sample_matte(rows, row, k, n, ng, wo, u, adjoint):
         return True, wi, (s, s, s), pdf
     f, _ = eval_matte(rows, row, k, n, ng, wo, wi, adjoint)
     return True, wi, scale(f, math.pi * s), pdf
+
+
+@kernel
+def sample_lambert(ns, ng, wo, weight, u, adjoint):
+    """`surface.sample` for a row that is one Lambert lobe about ns: the same numbers, fewer steps."""
+    height = dot(ng, wo)
+    side = 1.0 if height >= 0.0 else -1.0
+    about = ng if adjoint else ns
+    wi = sample_cosine((side * about[0], side * about[1], side * about[2]), u[1], u[2])
+    cos = side * dot(about, wi)
+    lit = side * (dot(ns, wo) if adjoint else dot(ng, wi))
+    if cos <= 0.0 or lit <= 0.0:
+        return False, wi, BLACK, 0.0, 1.0
+    if adjoint:
+        weight = scale(weight, lit / max(side * height, 1e-9))
+    return True, wi, weight, cos * INV_PI, 1.0

@@ -8,15 +8,19 @@ from __future__ import annotations
 
 from ..jit import kernel
 from ..vec import dot, mul, scale
+from .albedo import field3
+from .diffuse import INV_PI
 from .frame import facet_normal, lobe_normal, negate
-from .glass import sample_glass, side_eta
-from .layering import is_plain, lobe_class, weigh, weigh_plain
+from .glass import is_delta, sample_clear, sample_glass, side_eta
+from .layering import is_lambert, is_plain, lobe_class, weigh, weigh_plain
 from .layout import (
     CLASS_NULL,
     CLASS_ROUGH,
     CLASS_SHARP,
+    COLOR_A,
     DIFFUSE,
     EMISSION,
+    GLASS,
     GROUP,
     HAS_NORMAL,
     MULTISCATTER,
@@ -25,7 +29,7 @@ from .layout import (
     TRANSLUCENT,
     TRANSPARENT,
 )
-from .matte import sample_matte
+from .matte import sample_lambert, sample_matte
 from .reflect import BLACK, UP, sample_reflect
 from .rough import EPSILON, rough_total
 
@@ -138,6 +142,21 @@ def sample_lobe(rows, row, k, ns, ng, wo, u, adjoint):
 
 
 @kernel
+def sample_clear_row(rows, row, ns, ng, wo, scratch, u, adjoint):
+    """`sample` for a row that is one smooth, evenly tinted GLASS lobe: the same numbers, fewer steps."""
+    front = dot(wo, ng) >= 0.0
+    crossed = side_eta(rows, row, 0, front)
+    n = facet_normal(rows, row, 0, ns, ng, wo, front)
+    ok, wi, through = sample_clear(wo, n, ng if front else negate(ng), crossed, u)
+    if not ok:
+        return False, UP, BLACK, 0.0, 1.0
+    w = mul(field3(rows, row, 0, COLOR_A), (scratch[0, 0], scratch[0, 1], scratch[0, 2]))
+    if adjoint:
+        w = scale(w, photon_factor(n, ng, wo, wi))
+    return True, wi, w, 0.0, crossed if through else 1.0
+
+
+@kernel
 def needs_adjoint_weights(rows, row, k):
     """Whether a lobe's effective weight depends on the view."""
     return rows.params[row, k, GROUP] > 0.0 or rows.params[row, k, MULTISCATTER] != 0.0
@@ -154,11 +173,14 @@ def sample(rows, row, ns, ng, wo, cls, scratch, u, adjoint, threshold):
     all count in f and pdf (MIS against `eval_rough`). pdf_w = 0 for a delta lobe. eta: index beyond over index here
     where the path crosses, else 1; an eye path multiplies by 1 / eta^2 itself.
     """
-    if is_plain(rows, row) and rows.params[row, 0, HAS_NORMAL] == 0.0:
-        if cls != CLASS_ANY and scratch[0, 4] != cls:
+    if is_lambert(rows, row):
+        if cls != CLASS_ANY and cls != CLASS_ROUGH:
             return False, UP, BLACK, 0.0, 1.0
-        ok, wi, value, pdf, eta = sample_lobe(rows, row, 0, ns, ng, wo, u, adjoint)
-        return ok, wi, mul(value, (scratch[0, 0], scratch[0, 1], scratch[0, 2])), pdf, eta
+        return sample_lambert(ns, ng, wo, (scratch[0, 0], scratch[0, 1], scratch[0, 2]), u, adjoint)
+    if is_plain(rows, row) and rows.kind[row, 0] == GLASS and is_delta(rows, row, 0):
+        if cls != CLASS_ANY and cls != CLASS_SHARP:
+            return False, UP, BLACK, 0.0, 1.0
+        return sample_clear_row(rows, row, ns, ng, wo, scratch, u[0], adjoint)
     k, u0, total, count = choose(rows, row, scratch, cls, u[0])
     if k < 0:
         return False, UP, BLACK, 0.0, 1.0
@@ -194,6 +216,11 @@ def eval_rough(rows, row, ns, ng, wo, wi, scratch):
     out : (f rgb [1/sr], pdf_w of `sample` with CLASS_ROUGH). f is without cosine: multiply by |ns.wi|, also where
     lobes have normals of their own. It is for radiance toward wo: pairs through a refracting lobe are over eta^2.
     """
+    if is_lambert(rows, row):
+        lit = dot(ns, wi) if dot(wo, ng) >= 0.0 else -dot(ns, wi)
+        if lit < EPSILON:
+            return BLACK, 0.0
+        return (scratch[0, 0] * INV_PI, scratch[0, 1] * INV_PI, scratch[0, 2] * INV_PI), lit * INV_PI
     value, density = rough_total(rows, row, ns, ng, wo, wi, scratch, 0)
     cos = abs(dot(ns, wi))
     if density <= 0.0 or cos < EPSILON:

@@ -154,3 +154,26 @@ def test_smooth_surfaces_reflect_at_grazing():
     hit = frames(1, wo, ns * [-1.0, 1.0, 1.0])
     out = sample_batch(rows_of(recipes.glossy(1.0, 0.0)), zeros(1), hit, np.full((1, 3), 0.5))
     assert out[0][0] and out[1][0, 2] > 0.0
+
+
+@pytest.mark.parametrize("adjoint", [0, 1])
+@pytest.mark.parametrize("mu", [0.6, -0.6, -0.9])
+@pytest.mark.parametrize("make", [lambda w: recipes.diffuse(w), lambda w: recipes.glass(w, 0.0, 1.5)])
+def test_short_cuts_change_nothing(make, mu, adjoint):
+    """A lone Lambert or clear glass lobe takes another way through the code than two halves of it."""
+    n = 500
+    u = np.random.default_rng(8).random((n, 3))
+    tint = np.array(TINT)
+    halves = recipes.scale_lobes(make(tint), 0.5) * 2
+    ns = np.array([0.2, -0.1, math.sqrt(0.95)])
+    hits = frames(n, direction(mu), ns)
+    alone = sample_batch(rows_of(make(tint)), zeros(n), hits, u, adjoint=adjoint)
+    pair = sample_batch(rows_of(halves), zeros(n), hits, u * [0.5, 1.0, 1.0], adjoint=adjoint)
+    assert alone[0].mean() > 0.5
+    for a, b in zip(alone, pair, strict=True):
+        np.testing.assert_allclose(a[alone[0]], b[alone[0]], rtol=1e-6, atol=1e-9)
+    np.testing.assert_array_equal(alone[0], pair[0])
+    wi = np.tile(direction(0.5, 2.0), (n, 1))
+    first, second = (eval_batch(rows_of(lobes), zeros(n), hits, wi) for lobes in (make(tint), halves))
+    for a, b in zip(first, second, strict=True):
+        np.testing.assert_allclose(a, b, rtol=1e-6, atol=1e-12)
