@@ -11,7 +11,7 @@ from .scenes import EMITTERS, LAMPS, SINGLE, WORLD, lamp, table
 
 CENTERS = np.array([[0.0, 0.0, 0.0], [0.4, 0.1, 0.2], [-0.8, 0.6, 0.4]])
 RADII = np.array([0.4, 0.3, 0.2])
-N = 60_000
+N = 120_000
 
 
 def regions(lights, targets, aimed, n=N, seed=21):
@@ -27,9 +27,9 @@ def test_aimed_photons_bring_the_flux_of_whole_light_photons(name):
     lights = SINGLE[name]()
     targets = build_targets(lights, CENTERS, RADII)
     assert len(targets.radius) == 3
-    whole, aimed = regions(lights, targets, False, 4 * N), regions(lights, targets, True)
-    # a region that whole-light photons may have missed: one photon's flux
-    floor = 5.0 * lights.flux[0, 0] / (4 * N)
+    whole, aimed = regions(lights, targets, False, 2 * N), regions(lights, targets, True)
+    # a region at the rim of a spread that either sort may have missed: the flux of a few photons
+    floor = 5.0 * lights.flux[0, 0] / N
     assert_same([x[1:] for x in whole], [x[1:] for x in aimed], floor=floor)
     assert aimed[0][0] <= 0.15 * whole[0][0] + floor, "aimed photons should rarely pass all targets by"
 
