@@ -21,38 +21,69 @@ def setting(default: Any, label: str, text: str, **meta: Any) -> Any:
 class Settings:
     """How to render; SceneData says what."""
 
-    passes: int = setting(32, "Passes", "Stop after this many passes; 0 means no limit", min=0, max=1_000_000, group="Budget")
+    passes: int = setting(
+        32, "Passes", "Stop after this many passes; 0 means no limit", min=0, max=1_000_000, group="Budget"
+    )
     seconds: float = setting(
         0.0, "Seconds", "Stop after this much time; 0 means no limit", min=0.0, max=1e6, unit="TIME", group="Budget"
     )
     caustic_photons: int = setting(
-        100_000, "Caustic Photons", "Photons aimed at glass and metal in each pass", min=0, max=100_000_000, group="Photons"
+        100_000,
+        "Caustic Photons",
+        "Photons aimed at glass and metal in each pass",
+        min=0,
+        max=100_000_000,
+        group="Photons",
     )
     diffuse_photons: int = setting(
-        100_000, "Diffuse Photons", "Photons for light between rough surfaces in each pass", min=0, max=100_000_000,
+        100_000,
+        "Diffuse Photons",
+        "Photons for light between rough surfaces in each pass",
+        min=0,
+        max=100_000_000,
         group="Photons",
     )
     caustic_radius: float = setting(
-        2.0, "Caustic Radius", "First gather radius of the caustic map, in pixels", min=0.05, max=1000.0, unit="PIXEL",
+        2.0,
+        "Caustic Radius",
+        "First gather radius of the caustic map, in pixels",
+        min=0.05,
+        max=1000.0,
+        unit="PIXEL",
         group="Photons",
     )
     diffuse_radius: float = setting(
-        8.0, "Diffuse Radius", "First gather radius of the diffuse map, in pixels", min=0.05, max=1000.0, unit="PIXEL",
+        8.0,
+        "Diffuse Radius",
+        "First gather radius of the diffuse map, in pixels",
+        min=0.05,
+        max=1000.0,
+        unit="PIXEL",
         group="Photons",
     )
     alpha: float = setting(
-        2.0 / 3.0, "Radius Alpha", "How slowly the radius shrinks from pass to pass (1: never)", min=0.01, max=1.0,
+        2.0 / 3.0,
+        "Radius Alpha",
+        "How slowly the radius shrinks from pass to pass (1: never)",
+        min=0.01,
+        max=1.0,
         group="Photons",
     )
     max_bounces: int = setting(
         64, "Bounces", "Longest path, after which light is dropped", min=1, max=1024, group="Light Paths"
     )
     diffuse_bounces: int = setting(
-        64, "Diffuse Bounces", "Most rough bounces between a light and the eye beyond the first (0: no diffuse light)",
-        min=0, max=1024, group="Light Paths",
+        64,
+        "Diffuse Bounces",
+        "Most rough bounces between a light and the eye beyond the first (0: no diffuse light)",
+        min=0,
+        max=1024,
+        group="Light Paths",
     )
     final_gather: str = setting(
-        "GLOSSY", "Final Gather", "Where diffuse light is looked up one bounce away instead of at the visible point",
+        "GLOSSY",
+        "Final Gather",
+        "Where diffuse light is looked up one bounce away instead of at the visible point",
         items=(
             ("OFF", "Off", "Read the diffuse map at every visible point"),
             ("GLOSSY", "Glossy", "Gather for glossy surfaces, whose lobes are too narrow for the map"),
@@ -64,12 +95,17 @@ class Settings:
         4, "Light Samples", "Shadow rays from each visible point in each pass", min=1, max=64, group="Light Paths"
     )
     specular_threshold: float = setting(
-        0.05, "Specular Threshold",
-        "Lobes with a roughness (as in the material) below this count as mirrors: they carry caustics", min=0.0, max=0.5,
+        0.05,
+        "Specular Threshold",
+        "Lobes with a roughness (as in the material) below this count as mirrors: they carry caustics",
+        min=0.0,
+        max=0.5,
         group="Light Paths",
     )
     seed: int = setting(0, "Seed", "Another seed, another noise", min=0, max=2**31 - 1, group="Sampling")
-    threads: int = setting(0, "Threads", "Worker threads; 0 means one for each core", min=0, max=1024, group="Performance")
+    threads: int = setting(
+        0, "Threads", "Worker threads; 0 means one for each core", min=0, max=1024, group="Performance"
+    )
 
     @classmethod
     def from_strings(cls, pairs: dict[str, str]) -> Settings:

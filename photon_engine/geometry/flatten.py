@@ -103,8 +103,12 @@ def _instance_part(scene: SceneData, item: Instance, index: int, origin: np.ndar
     which = np.zeros(len(triangles), np.int32) if mesh.material_index is None else mesh.material_index
     material = slots[np.clip(which, 0, len(slots) - 1)]
     return Geometry(
-        positions, np.ascontiguousarray(triangles, np.int32), normal_row, np.ascontiguousarray(normals),
-        material, np.full(len(triangles), index, np.int32),
+        positions,
+        np.ascontiguousarray(triangles, np.int32),
+        normal_row,
+        np.ascontiguousarray(normals),
+        material,
+        np.full(len(triangles), index, np.int32),
     )
 
 
@@ -114,8 +118,14 @@ def _world_normals(mesh: Mesh, linear: np.ndarray) -> tuple[np.ndarray, np.ndarr
     if mesh.normals is None:
         return np.full(n, -1, np.int32), np.zeros((0, 3, 3), np.float32)
     # normals go with the cofactor matrix, which unlike the inverse exists for a flattened object too
-    cofactor = np.stack([np.cross(linear[:, 1], linear[:, 2]), np.cross(linear[:, 2], linear[:, 0]),
-                         np.cross(linear[:, 0], linear[:, 1])], axis=1)
+    cofactor = np.stack(
+        [
+            np.cross(linear[:, 1], linear[:, 2]),
+            np.cross(linear[:, 2], linear[:, 0]),
+            np.cross(linear[:, 0], linear[:, 1]),
+        ],
+        axis=1,
+    )
     if np.linalg.det(linear) < 0.0:
         cofactor = -cofactor
     world = mesh.normals @ cofactor.T.astype(np.float32)
@@ -143,11 +153,14 @@ def _concatenate(parts: list[Geometry]) -> Geometry:
     """Join the instances' parts, shifting vertex and normal indices."""
     if not parts:
         zero = np.zeros(0, np.int32)
-        return Geometry(np.zeros((0, 3), np.float32), np.zeros((0, 3), np.int32), zero,
-                        np.zeros((0, 3, 3), np.float32), zero, zero)
+        return Geometry(
+            np.zeros((0, 3), np.float32), np.zeros((0, 3), np.int32), zero, np.zeros((0, 3, 3), np.float32), zero, zero
+        )
     vertex = np.cumsum([0] + [len(part.positions) for part in parts])
     normal = np.cumsum([0] + [len(part.normals) for part in parts])
-    rows = [np.where(part.normal_row >= 0, part.normal_row + shift, -1) for part, shift in zip(parts, normal, strict=False)]
+    rows = [
+        np.where(part.normal_row >= 0, part.normal_row + shift, -1) for part, shift in zip(parts, normal, strict=False)
+    ]
     return Geometry(
         np.concatenate([part.positions for part in parts]),
         np.concatenate([part.triangles + shift for part, shift in zip(parts, vertex, strict=False)]).astype(np.int32),

@@ -35,15 +35,21 @@ MAX_ROUGH = 126  # more than that are not told apart
 def empty_photons(n: int) -> Photons:
     """Room for n photons in flight."""
     return Photons(
-        np.empty((n, 3), np.float32), np.empty((n, 3), np.float32), np.empty((n, 3), np.float32),
-        np.empty(n, np.uint64), np.zeros(n, np.uint8),
+        np.empty((n, 3), np.float32),
+        np.empty((n, 3), np.float32),
+        np.empty((n, 3), np.float32),
+        np.empty(n, np.uint64),
+        np.zeros(n, np.uint8),
     )
 
 
 def empty_deposits(n: int) -> Deposits:
     """Room for n deposits."""
     return Deposits(
-        np.empty((n, 3), np.float32), np.empty((n, 3), np.float32), np.empty(n, np.uint32), np.empty(n, np.uint32),
+        np.empty((n, 3), np.float32),
+        np.empty((n, 3), np.float32),
+        np.empty(n, np.uint32),
+        np.empty(n, np.uint32),
         np.empty(n, np.uint8),
     )
 

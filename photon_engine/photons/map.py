@@ -36,7 +36,7 @@ class PhotonMap(NamedTuple):
 def build_map(deposits: Deposits, cell: float) -> PhotonMap:
     """Sort deposits into cells of the given edge [m] (counting sort, stable: independent of threads)."""
     n = len(deposits.position)
-    buckets = 1 << max(int(math.floor(math.log2(max(n, 1)))), 0)
+    buckets = 1 << math.floor(math.log2(max(n, 1)))
     start = np.zeros(buckets + 1, np.int32)
     order = np.empty(n, np.int32)
     _count_sort(deposits.position, cell, start, order, np.empty(n, np.int32))

@@ -67,8 +67,8 @@ def uniform(key, dimension):
 def shifted(points, key, index, dimension):
     """Number of a low-discrepancy point, moved by a random digital shift that the key decides. Double in [0, 1).
 
-    points : (N, D) u32. XOR with random bits keeps how evenly the points fill the cube and makes each of them uniform, so
-    a mean over them is unbiased, and means of different keys are independent [Kollig and Keller 2002].
+    points : (N, D) u32. XOR with random bits keeps how evenly the points fill the cube and makes each of them
+    uniform, so a mean over them is unbiased, and means of different keys are independent [Kollig and Keller 2002].
     """
     shift = np.uint32(mix(key + np.uint64(dimension + 1) * _DIM) >> _S32)
     return float(points[index, dimension] ^ shift) * 2.0**-32

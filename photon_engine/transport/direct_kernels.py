@@ -50,16 +50,26 @@ class SecondPaths(NamedTuple):
 def empty_shadow_rays(n: int) -> ShadowRays:
     """Room for n shadow rays."""
     return ShadowRays(
-        np.empty((n, 3), np.float32), np.empty((n, 3), np.float32), np.empty(n, np.float32),
-        np.empty((n, 3), np.float32), np.empty(n, np.int32),
+        np.empty((n, 3), np.float32),
+        np.empty((n, 3), np.float32),
+        np.empty(n, np.float32),
+        np.empty((n, 3), np.float32),
+        np.empty(n, np.int32),
     )
 
 
 def empty_second_paths(n: int) -> SecondPaths:
     """Room for n secondary paths."""
     f3 = [np.empty((n, 3), np.float32) for _ in range(4)]
-    return SecondPaths(*f3, np.empty(n, np.float32), np.empty((n, 3), np.float32), np.empty((n, 3), np.float32),
-                       np.empty(n, np.uint64), np.empty(n, np.int32), np.ones(n, bool))
+    return SecondPaths(
+        *f3,
+        np.empty(n, np.float32),
+        np.empty((n, 3), np.float32),
+        np.empty((n, 3), np.float32),
+        np.empty(n, np.uint64),
+        np.empty(n, np.int32),
+        np.ones(n, bool),
+    )
 
 
 @kernel

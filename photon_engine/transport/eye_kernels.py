@@ -14,7 +14,7 @@ from ..geometry.surface import offset_origin, surface_point
 from ..jit import kernel
 from ..lights.sample import lamps_along_ray, suns_along_ray, world_radiance
 from ..sampling.rng import DIMENSIONS_PER_BOUNCE, path_key, uniform
-from ..vec import add, dot, load3, luminance, madd, max3, scale, store3
+from ..vec import add, dot, load3, luminance, madd, max3, mul, scale, store3
 from .photon_kernels import choose_class
 
 
@@ -64,6 +64,7 @@ class EyeRules(NamedTuple):
     background_depth: float
     visible: np.ndarray  # (instances,) bool, seen by camera rays
     forward: np.ndarray  # (3,) f64, view axis
+    eye: np.ndarray  # (3,) f64, the camera's position, recentred [m]
 
 
 def empty_paths(n: int) -> EyePaths:
@@ -76,15 +77,24 @@ def empty_paths(n: int) -> EyePaths:
 def empty_tile(n: int) -> Tile:
     """A black tile of n pixels."""
     rgb = [np.zeros((n, 3), np.float32) for _ in range(5)]
-    return Tile(*rgb, np.ones((n, 1), np.float32), np.zeros((n, 1), np.float32),
-                np.zeros((n, 3), np.float32), np.zeros((n, 3), np.float32))
+    return Tile(
+        *rgb,
+        np.ones((n, 1), np.float32),
+        np.zeros((n, 1), np.float32),
+        np.zeros((n, 3), np.float32),
+        np.zeros((n, 3), np.float32),
+    )
 
 
 def empty_points(n: int) -> VisiblePoints:
     """Room for n visible points."""
     return VisiblePoints(
-        np.empty(n, np.int32), np.empty((n, 3), np.float32), np.empty((n, 3), np.float32), np.empty(n, np.uint64),
-        np.empty(n, np.int32), np.empty(n, np.float32),
+        np.empty(n, np.int32),
+        np.empty((n, 3), np.float32),
+        np.empty((n, 3), np.float32),
+        np.empty(n, np.uint64),
+        np.empty(n, np.int32),
+        np.empty(n, np.float32),
     )
 
 
@@ -125,15 +135,14 @@ def _escape(lights, rules, beta, d, bare, pixel, tile):
         tile.alpha[pixel, 0] -= (beta[0] + beta[1] + beta[2]) / 3.0
         return
     radiance = world_radiance(lights, d)
-    add3(tile.environment, pixel, (beta[0] * radiance[0], beta[1] * radiance[1], beta[2] * radiance[2]))
+    add3(tile.environment, pixel, mul(beta, radiance))
 
 
 @kernel
-def _first_hit(rules, paths, i, t, facing, scratch, kinds, tile):
-    """Depth along the view axis, normal toward the camera and colour of the first thing seen."""
-    pixel = paths.pixel[i]
-    depth = t * dot(load3(paths.d, i), (rules.forward[0], rules.forward[1], rules.forward[2]))
-    tile.depth[pixel, 0] = depth
+def _first_hit(rules, pixel, p, facing, scratch, kinds, tile):
+    """Depth along the view axis, normal toward the camera and colour of the first thing seen, at p."""
+    away = (p[0] - rules.eye[0], p[1] - rules.eye[1], p[2] - rules.eye[2])
+    tile.depth[pixel, 0] = dot(away, (rules.forward[0], rules.forward[1], rules.forward[2]))
     store3(tile.normal, pixel, facing)
     for k in range(len(kinds)):
         if kinds[k] == NONE:  # beyond it scratch holds another hit's lobes
@@ -166,94 +175,126 @@ def normal_spread(geometry, prim):
 def eye_step(laws, rules, lights, surfaces, paths, bounce, points, tile):
     """Carry eye paths through their hits.
 
-    Adds what is seen (world, lamps, emission) to the tile, writes visible points, compacts the paths that go on to the front;
-    out: how many go on, how many visible points there are.
+    Adds what is seen (world, lamps, emission) to the tile, writes visible points, compacts the paths that go on to the
+    front; out: how many go on, how many visible points there are.
     """
     geometry, rows = surfaces.geometry, surfaces.rows
-    scratch = surfaces.scratch
     alive = 0
     ended = 0
     for i in range(len(paths.key)):
-        pixel = paths.pixel[i]
-        beta = load3(paths.beta, i)
-        o, d = load3(paths.o, i), load3(paths.d, i)
         prim = surfaces.prim[i]
-        bare = paths.bare[i]
         t = float(surfaces.t[i]) if prim >= 0 else math.inf
-        lamp = lamps_along_ray(lights, o, d, t, o, 0.0, 0, 1 if bare else 0)
+        _lamps_and_sky(lights, rules, paths, i, t, tile)
         if prim < 0:
-            lamp = add(lamp, suns_along_ray(lights, d, o, 0.0, 0, 1 if bare else 0))
-        add3(tile.emission, pixel, (beta[0] * lamp[0], beta[1] * lamp[1], beta[2] * lamp[2]))
-        if prim < 0:
-            _escape(lights, rules, beta, d, bare, pixel, tile)
             continue
         p, ng, ns = surface_point(geometry, prim, float(surfaces.u[i]), float(surfaces.v[i]))
-        wo = scale(d, -1.0)
-        row = surfaces.row[i]
-        width = float(paths.width[i]) + float(paths.spread[i]) * t
-        hidden = bare and not rules.visible[geometry.instance[prim]]
-        if hidden:
-            weights = (1.0, 0.0, 0.0)
-            cls, p_class, u0 = CLASS_NULL, 1.0, 0.0
-        else:
-            if rows.kind[row, 0] == HOLDOUT:
-                tile.alpha[pixel, 0] -= (beta[0] + beta[1] + beta[2]) / 3.0
-                continue
-            weights = prepare(rows, row, ns, ng, wo, laws.threshold, scratch)
-            radiance = emission(rows, row, scratch)
-            add3(tile.emission, pixel, (beta[0] * radiance[0], beta[1] * radiance[1], beta[2] * radiance[2]))
-            total = weights[0] + weights[1] + weights[2]
-            dim = (bounce + 1) * DIMENSIONS_PER_BOUNCE
-            key = paths.key[i]
-            if total > 0.0:
-                cls, p_class, u0 = choose_class(weights[0], weights[1], weights[2], uniform(key, dim))
-            else:
-                cls, p_class, u0 = CLASS_ROUGH, 0.0, 0.0
-        if bare and cls != CLASS_NULL:
-            facing = ns if dot(wo, ng) >= 0.0 else scale(ns, -1.0)
-            _first_hit(rules, paths, i, t, facing, scratch, rows.kind[row], tile)
+        wo = scale(load3(paths.d, i), -1.0)
+        frame = (p, ns, ng, wo)
+        hidden = paths.bare[i] and not rules.visible[geometry.instance[prim]]
+        cls, p_class, u0 = CLASS_NULL, 1.0, 0.0
+        if not hidden:
+            cls, p_class, u0 = _decide(laws, rules, surfaces, paths, i, frame, bounce, tile)
         if p_class == 0.0:
             continue
+        width = float(paths.width[i]) + float(paths.spread[i]) * t
+        beta = load3(paths.beta, i)
         if cls == CLASS_ROUGH:
-            cosine = max(abs(dot(wo, ng)), 0.1)
-            points.hit[ended] = i
-            store3(points.wo, ended, wo)
-            store3(points.beta, ended, scale(beta, 1.0 / p_class))
-            points.key[ended] = paths.key[i]
-            points.pixel[ended] = pixel
-            points.footprint[ended] = 2.0 * width / math.sqrt(cosine)
+            stretch = 2.0 / math.sqrt(max(abs(dot(wo, ng)), 0.1))
+            _end(points, ended, paths, i, wo, scale(beta, 1.0 / p_class), width * stretch)
             ended += 1
             continue
-        if hidden:
-            go_on, wi, eta = True, d, 1.0
-        else:
-            go_on, wi, beta, eta = _continue(rows, row, (ns, ng, wo), cls, (p_class, u0), laws.threshold, scratch,
-                                             beta, paths.key[i], bounce)
+        go_on, wi, eta = True, scale(wo, -1.0), 1.0
+        if not hidden:
+            go_on, wi, beta, eta = _continue(
+                rows,
+                surfaces.row[i],
+                frame,
+                cls,
+                (p_class, u0),
+                laws.threshold,
+                surfaces.scratch,
+                beta,
+                paths.key[i],
+                bounce,
+            )
         if not go_on:
             continue
+        spread = float(paths.spread[i])
         if cls == CLASS_SHARP:
-            bend = 2.0 if eta == 1.0 else abs(1.0 - 1.0 / eta)
-            paths.spread[alive] = paths.spread[i] + bend * width * normal_spread(geometry, prim)
-            paths.bare[alive] = False
-        else:
-            paths.spread[alive] = paths.spread[i]
-            paths.bare[alive] = bare
+            spread += (2.0 if eta == 1.0 else abs(1.0 - 1.0 / eta)) * width * normal_spread(geometry, prim)
+        _advance(paths, alive, i, t, spread)
         paths.width[alive] = width
-        paths.t_max[alive] = paths.t_max[i] - t
+        paths.bare[alive] = paths.bare[alive] and cls == CLASS_NULL
         store3(paths.o, alive, offset_origin(p, ng, wi, laws.reach))
         store3(paths.d, alive, wi)
         store3(paths.beta, alive, beta)
-        paths.key[alive] = paths.key[i]
-        paths.pixel[alive] = pixel
         alive += 1
     return alive, ended
+
+
+@kernel
+def _lamps_and_sky(lights, rules, paths, i, t, tile):
+    """Add the lamps that a ray meets before t, and what lies behind everything when t is infinite."""
+    beta, o, d = load3(paths.beta, i), load3(paths.o, i), load3(paths.d, i)
+    from_camera = 1 if paths.bare[i] else 0
+    light = lamps_along_ray(lights, o, d, t, o, 0.0, 0, from_camera)
+    if t == math.inf:
+        light = add(light, suns_along_ray(lights, d, o, 0.0, 0, from_camera))
+        _escape(lights, rules, beta, d, paths.bare[i], paths.pixel[i], tile)
+    add3(tile.emission, paths.pixel[i], mul(beta, light))
+
+
+@kernel
+def _decide(laws, rules, surfaces, paths, i, frame, bounce, tile):
+    """What becomes of a path at its hit: class of lobes, its probability (0: it ends here), a fresh random number.
+
+    Adds emission, and depth, normal and colour of the first thing seen. frame : (p, ns, ng, wo).
+    """
+    p, ns, ng, wo = frame
+    rows, row, scratch = surfaces.rows, surfaces.row[i], surfaces.scratch
+    pixel = paths.pixel[i]
+    beta = load3(paths.beta, i)
+    if rows.kind[row, 0] == HOLDOUT:
+        tile.alpha[pixel, 0] -= (beta[0] + beta[1] + beta[2]) / 3.0
+        return CLASS_ROUGH, 0.0, 0.0
+    p_null, p_sharp, p_rough = prepare(rows, row, ns, ng, wo, laws.threshold, scratch)
+    add3(tile.emission, pixel, mul(beta, emission(rows, row, scratch)))
+    cls, p_class, u0 = CLASS_ROUGH, 0.0, 0.0
+    if p_null + p_sharp + p_rough > 0.0:
+        u = uniform(paths.key[i], (bounce + 1) * DIMENSIONS_PER_BOUNCE)
+        cls, p_class, u0 = choose_class(p_null, p_sharp, p_rough, u)
+    if paths.bare[i] and cls != CLASS_NULL:
+        facing = ns if dot(wo, ng) >= 0.0 else scale(ns, -1.0)
+        _first_hit(rules, pixel, p, facing, scratch, rows.kind[row], tile)
+    return cls, p_class, u0
+
+
+@kernel
+def _end(points, m, paths, i, wo, beta, footprint):
+    """Write visible point m: path i ends at its hit."""
+    points.hit[m] = i
+    store3(points.wo, m, wo)
+    store3(points.beta, m, beta)
+    points.key[m] = paths.key[i]
+    points.pixel[m] = paths.pixel[i]
+    points.footprint[m] = footprint
+
+
+@kernel
+def _advance(paths, to, i, t, spread):
+    """Move what a path keeps from place i to place `to` <= i, after a leg of length t."""
+    paths.spread[to] = spread
+    paths.t_max[to] = paths.t_max[i] - t
+    paths.key[to] = paths.key[i]
+    paths.pixel[to] = paths.pixel[i]
+    paths.bare[to] = paths.bare[i]
 
 
 @kernel
 def _continue(rows, row, frame, cls, choice, threshold, scratch, beta, key, bounce):
     """Next direction and throughput of an eye path; refraction scales radiance by 1 / eta^2 [Veach 1997, 5.2]."""
     nothing = (False, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 1.0)
-    ns, ng, wo = frame
+    _, ns, ng, wo = frame
     dim = (bounce + 1) * DIMENSIONS_PER_BOUNCE
     u = (choice[1], uniform(key, dim + 1), uniform(key, dim + 2))
     ok, wi, weight, _, eta = sample(rows, row, ns, ng, wo, cls, scratch, u, 0, threshold)

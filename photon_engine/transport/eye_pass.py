@@ -11,8 +11,14 @@ import numpy as np
 
 from ..photons.batch import head
 from ..photons.map import PhotonMap
-from .direct_kernels import add_unoccluded, attenuate_shadows, empty_second_paths, empty_shadow_rays, sample_lights
-from .direct_kernels import sample_lobes
+from .direct_kernels import (
+    add_unoccluded,
+    attenuate_shadows,
+    empty_second_paths,
+    empty_shadow_rays,
+    sample_lights,
+    sample_lobes,
+)
 from .eye_kernels import Tile, VisiblePoints, camera_rays, empty_paths, empty_points, eye_step
 from .gather_kernels import Radius, gather
 from .photon_kernels import Surfaces
@@ -79,7 +85,9 @@ def _render_tile(scene: RenderScene, run: EyeRun, maps: Maps, picture: Tile, can
     return rays
 
 
-def _light_points(scene: RenderScene, run: EyeRun, maps: Maps, surfaces: Surfaces, points: VisiblePoints, tile: Tile) -> int:
+def _light_points(
+    scene: RenderScene, run: EyeRun, maps: Maps, surfaces: Surfaces, points: VisiblePoints, tile: Tile
+) -> int:
     """Direct, caustic and diffuse light at visible points."""
     rays = 0
     for j in range(run.light_samples):
@@ -117,7 +125,9 @@ def _shadow_rays(scene: RenderScene, run: EyeRun, surfaces: Surfaces, points: Vi
     return traced
 
 
-def _second_rays(scene: RenderScene, run: EyeRun, maps: Maps, surfaces: Surfaces, points: VisiblePoints, tile: Tile) -> int:
+def _second_rays(
+    scene: RenderScene, run: EyeRun, maps: Maps, surfaces: Surfaces, points: VisiblePoints, tile: Tile
+) -> int:
     """One ray from the lobes of every visible point: direct light by MIS, diffuse light by final gather."""
     paths = empty_second_paths(len(points.hit))
     gathers = 2 if run.gather_all else 1 if run.gather_narrow else 0

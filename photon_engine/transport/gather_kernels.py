@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from ..bsdf.surface import eval_rough, prepare
 from ..geometry.surface import surface_point
 from ..jit import kernel
@@ -30,10 +28,12 @@ class Radius(NamedTuple):
 def gather(laws, surfaces, points, photons, radius, lobes, picture):
     """Add reflected radiance at visible points to the picture (n, 3).
 
-        L(p, wo) = sum_j f(p, wo, wi_j) phi_j K(d_j / r) / (pi r^2),  K(x) = 2 (1 - x^2)   [Jensen 2001, 7.2; Epanechnikov]
+        L(p, wo) = sum_j f(p, wo, wi_j) phi_j K(d_j / r) / (pi r^2),  K(x) = 2 (1 - x^2)
+        [Jensen 2001, 7.2, with Epanechnikov's kernel]
 
     No cosine: a photon's flux per area holds it. A photon falls on the geometric surface while f is relative to the
-    shading normal, hence |ns.wi| / |ng.wi| [Veach 1997, 5.3]. Biased by O(r^2). lobes: 0 all rough ones, 1 the wide ones only.
+    shading normal, hence |ns.wi| / |ng.wi| [Veach 1997, 5.3]. Biased by O(r^2).
+    lobes : 0 all rough ones, 1 the wide ones only.
     """
     rows = surfaces.rows
     scratch = surfaces.scratch

@@ -29,7 +29,9 @@ class MaterialTable:
         self.programs: list[Program] = [compile_material(m, scene.images, issues) for m in scene.materials]
         count = len(self.programs)
         self.slots = max([1] + [program.slots for program in self.programs])
-        self.fixed = LobeRows(np.zeros((count + 2, self.slots), np.int32), np.zeros((count + 2, self.slots, N_FIELDS), np.float32))
+        self.fixed = LobeRows(
+            np.zeros((count + 2, self.slots), np.int32), np.zeros((count + 2, self.slots, N_FIELDS), np.float32)
+        )
         self.fixed.kind[count, 0] = DIFFUSE
         self.fixed.params[count, 0, :3] = DEFAULT_GREY
         self.fixed.kind[count + 1, 0] = HOLDOUT
@@ -54,7 +56,9 @@ class MaterialTable:
 
     def shade(self, hits: Hits, d: np.ndarray, **path) -> tuple[LobeRows, np.ndarray]:
         """Rows of lobes and the row of each hit; d : (n, 3) f32 ray directions; path: flags of ShadePoints."""
-        material = self.flat.geometry.material[hits.prim] if len(self.flat.geometry.material) else np.zeros(len(d), np.int32)
+        material = (
+            self.flat.geometry.material[hits.prim] if len(self.flat.geometry.material) else np.zeros(len(d), np.int32)
+        )
         if not self.varying:
             return self.fixed, material
         valid = hits.prim >= 0
@@ -81,9 +85,15 @@ class MaterialTable:
         surface_points(self.flat.geometry, hits.prim, hits.u, hits.v, p, ng, ns)
         world = (p + self.flat.origin).astype(np.float32)
         points = ShadePoints(
-            p=world, ng=ng, ns=ns, wo=np.ascontiguousarray(wo, np.float32), backfacing=(wo * ng).sum(axis=1) < 0.0,
-            instance=self.flat.geometry.instance[hits.prim], objects=self.objects,
-            parametric=np.stack([hits.u, hits.v], axis=1), **path,
+            p=world,
+            ng=ng,
+            ns=ns,
+            wo=np.ascontiguousarray(wo, np.float32),
+            backfacing=(wo * ng).sum(axis=1) < 0.0,
+            instance=self.flat.geometry.instance[hits.prim],
+            objects=self.objects,
+            parametric=np.stack([hits.u, hits.v], axis=1),
+            **path,
         )
         fill_attributes(points, program.needs, self.scene, self.flat, hits)
         return pack(program.lobes(points), n, self.slots)

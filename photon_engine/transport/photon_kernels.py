@@ -57,7 +57,12 @@ def emit_everywhere(lights, points, key, first, photons, tally):
         n = first + i
         light, p_light, _ = pick(lights.photon_cdf, shifted(points, key, n, 0))
         o, d, phi = emit_photon(
-            lights, light, shifted(points, key, n, 1), shifted(points, key, n, 2), shifted(points, key, n, 3), shifted(points, key, n, 4)
+            lights,
+            light,
+            shifted(points, key, n, 1),
+            shifted(points, key, n, 2),
+            shifted(points, key, n, 3),
+            shifted(points, key, n, 4),
         )
         _launch(photons, i, k, o, d, scale(phi, 1.0 / (p_light * total)), tally)
 
@@ -71,7 +76,13 @@ def emit_at_targets(lights, targets, points, key, first, photons, tally):
         n = first + i
         light, p_light, _ = pick(targets.aimed_cdf, shifted(points, key, n, 0))
         o, d, phi = emit_aimed(
-            lights, targets, light, shifted(points, key, n, 5), shifted(points, key, n, 1), shifted(points, key, n, 2), shifted(points, key, n, 3),
+            lights,
+            targets,
+            light,
+            shifted(points, key, n, 5),
+            shifted(points, key, n, 1),
+            shifted(points, key, n, 2),
+            shifted(points, key, n, 3),
             shifted(points, key, n, 4),
         )
         _launch(photons, i, k, o, d, scale(phi, 1.0 / (p_light * total)), tally)

@@ -42,7 +42,8 @@ def trace_photons(
 ) -> tuple[Deposits, np.ndarray, int]:
     """All photons of a run; the result does not depend on the pool.
 
-    out : deposits in the order of the photons; energy tally (4, 3) [W]: emitted, absorbed, escaped, dropped; rays traced.
+    out : deposits in the order of the photons; energy tally (4, 3) [W]: emitted, absorbed, escaped, dropped; how many
+    rays were traced.
     """
     starts = range(0, run.total, CHUNK)
     results = list(pool.map(partial(_trace_chunk, scene, run, cancelled), starts))

@@ -56,8 +56,8 @@ def run_pilot(scene: RenderScene, pool: Executor, settings: Settings, modes: lis
 def _bound(deposits: Deposits, visible: np.ndarray, neighbours: int, total: int) -> float:
     """Radius [m] that holds `neighbours` photons of a full pass where photons lie.
 
-    The density is measured around photons, since most of a picture has no caustic; with N times more photons the same number
-    lies within 1 / sqrt(N) of the radius.
+    The density is measured around photons, since most of a picture has no caustic; with N times more photons the same
+    number lies within 1 / sqrt(N) of the radius.
     """
     n = len(deposits.position)
     if n == 0 or total == 0:

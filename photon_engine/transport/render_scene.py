@@ -38,8 +38,13 @@ class RenderScene:
         stage("Preparing lights")
         self.emitters = self._emitters(scene)
         self.lights = build_lights(
-            scene, self.emitters, len(self.flat.geometry.triangles), self.flat.center, self.flat.radius,
-            self.flat.origin, issues,
+            scene,
+            self.emitters,
+            len(self.flat.geometry.triangles),
+            self.flat.center,
+            self.flat.radius,
+            self.flat.origin,
+            issues,
         )
         self.camera = build_camera(scene.camera, scene.frame, self.flat.origin)
         self.targets = self._targets()
@@ -47,7 +52,10 @@ class RenderScene:
         visible = np.array([item.visible_camera for item in scene.instances] + [True], bool)
         self.casts_shadow = np.array([item.visible_shadow for item in scene.instances] + [True], bool)
         forward = -scene.camera.matrix[:3, 2] / np.linalg.norm(scene.camera.matrix[:3, 2])
-        self.rules = EyeRules(scene.frame.transparent, BACKGROUND_DEPTH, visible, np.ascontiguousarray(forward, np.float64))
+        eye = scene.camera.matrix[:3, 3] - self.flat.origin
+        self.rules = EyeRules(
+            scene.frame.transparent, BACKGROUND_DEPTH, visible, np.ascontiguousarray(forward, np.float64), eye
+        )
         self.see_through_shadows = bool(self.materials.has_null.any() or not self.casts_shadow.all())
 
     def surfaces(self, o: np.ndarray, d: np.ndarray, t_max: np.ndarray | None = None, **path) -> Surfaces:
@@ -67,7 +75,11 @@ class RenderScene:
     def _emitters(self, scene: SceneData) -> Emitters:
         """Triangles whose material radiates, with their mean radiance."""
         geometry, table = self.flat.geometry, self.materials
-        tri = np.flatnonzero(table.emits[geometry.material]).astype(np.int32) if len(geometry.material) else np.zeros(0, np.int32)
+        tri = (
+            np.flatnonzero(table.emits[geometry.material]).astype(np.int32)
+            if len(geometry.material)
+            else np.zeros(0, np.int32)
+        )
         radiance = np.zeros((len(tri), 3), np.float32)
         material = geometry.material[tri]
         for m in np.unique(material):
@@ -92,7 +104,9 @@ class RenderScene:
         ng /= np.maximum(np.linalg.norm(ng, axis=1, keepdims=True), 1e-300)
         for u, v in samples:
             ones = np.ones(len(tri), np.float32)
-            rows = self.materials.rows_at(m, Hits(tri, ones * np.float32(u), ones * np.float32(v), ones), ng.astype(np.float32))
+            rows = self.materials.rows_at(
+                m, Hits(tri, ones * np.float32(u), ones * np.float32(v), ones), ng.astype(np.float32)
+            )
             total += emission_of(rows.kind, rows.params)
         return total / len(samples)
 

@@ -90,8 +90,12 @@ class Renderer:
         gather_all = self.diffuse and self.settings.final_gather == "ALL"
         gather_narrow = self.diffuse and self.settings.final_gather == "GLOSSY"
         return EyeRun(
-            make_key(self.settings.seed, i, STREAM_EYE), self.settings.max_bounces,
-            self.settings.light_samples if lit else 0, lit, gather_all, gather_narrow,
+            make_key(self.settings.seed, i, STREAM_EYE),
+            self.settings.max_bounces,
+            self.settings.light_samples if lit else 0,
+            lit,
+            gather_all,
+            gather_narrow,
         )
 
     def _maps(self, i: int, caustic_radius: Radius, diffuse_radius: Radius, cancelled: Callable[[], bool]) -> Maps:

@@ -13,7 +13,7 @@ from ..jit import kernel
 from ..lights.sample import emitter_pdf_w, lamps_along_ray, suns_along_ray, world_pdf_w, world_radiance
 from ..sampling.mis import power_heuristic
 from ..sampling.rng import DIMENSIONS_PER_BOUNCE, uniform
-from ..vec import add, dot, length, load3, max3, scale, store3, sub
+from ..vec import add, dot, length, load3, max3, mul, scale, store3, sub
 from .direct_kernels import SECOND_DIMENSION
 from .eye_kernels import add3
 from .photon_kernels import choose_class
@@ -35,6 +35,28 @@ def _met_lights(lights, paths, i, t, samples):
 
 
 @kernel
+def _direct_light(laws, lights, surfaces, paths, i, samples, direct):
+    """Add what a path that met nothing sharp yet sees at the end of this leg: lamps, sky, an emitting surface.
+
+    The hit's row, if there is one, is prepared.
+    """
+    prim = surfaces.prim[i]
+    beta = load3(paths.beta, i)
+    t = float(surfaces.t[i]) if prim >= 0 else math.inf
+    add3(direct, paths.pixel[i], mul(beta, _met_lights(lights, paths, i, t, samples)))
+    if prim < 0:
+        return
+    le = emission(surfaces.rows, surfaces.row[i], surfaces.scratch)
+    if max3(le) <= 0.0:
+        return
+    p, ng, _ = surface_point(surfaces.geometry, prim, float(surfaces.u[i]), float(surfaces.v[i]))
+    origin = load3(paths.origin, i)
+    pdf_w = emitter_pdf_w(lights, prim, origin, length(sub(p, origin)), dot(load3(paths.d, i), ng))
+    w = power_heuristic(float(paths.pdf_w[i]) / samples, pdf_w)
+    add3(direct, paths.pixel[i], scale(mul(beta, le), w))
+
+
+@kernel
 def second_step(laws, lights, surfaces, paths, bounce, samples, landings, direct):
     """Carry secondary rays through their hits; out: how many go on (compacted), how many landed on a rough lobe.
 
@@ -42,67 +64,62 @@ def second_step(laws, lights, surfaces, paths, bounce, samples, landings, direct
     caustic map and not added. Landings are VisiblePoints whose beta is the throughput of the final gather.
     samples : light samples taken at the visible point, for the MIS weight.
     """
-    geometry, rows = surfaces.geometry, surfaces.rows
-    scratch = surfaces.scratch
+    rows, scratch = surfaces.rows, surfaces.scratch
     alive = 0
     landed = 0
     for i in range(len(paths.key)):
         prim = surfaces.prim[i]
-        t = float(surfaces.t[i]) if prim >= 0 else math.inf
-        beta = load3(paths.beta, i)
-        pixel = paths.pixel[i]
-        bare = paths.bare[i]
-        if bare:
-            light = _met_lights(lights, paths, i, t, samples)
-            add3(direct, pixel, (beta[0] * light[0], beta[1] * light[1], beta[2] * light[2]))
-        if prim < 0:
-            continue
-        p, ng, ns = surface_point(geometry, prim, float(surfaces.u[i]), float(surfaces.v[i]))
-        wo = scale(load3(paths.d, i), -1.0)
         row = surfaces.row[i]
-        p_null, p_sharp, p_rough = prepare(rows, row, ns, ng, wo, laws.threshold, scratch)
-        if bare:
-            le = emission(rows, row, scratch)
-            if max3(le) > 0.0:
-                origin = load3(paths.origin, i)
-                pdf_w = emitter_pdf_w(lights, prim, origin, length(sub(p, origin)), dot(wo, ng))
-                w = power_heuristic(float(paths.pdf_w[i]) / samples, pdf_w)
-                add3(direct, pixel, (beta[0] * le[0] * w, beta[1] * le[1] * w, beta[2] * le[2] * w))
-        gather = load3(paths.gather, i)
-        if max3(gather) <= 0.0:  # only straight passes matter to direct light
-            p_sharp, p_rough = 0.0, 0.0
-        if p_null + p_sharp + p_rough <= 0.0:
+        weights = (0.0, 0.0, 0.0)
+        p, ng, ns, wo = (0.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, 1.0), scale(load3(paths.d, i), -1.0)
+        if prim >= 0:
+            p, ng, ns = surface_point(surfaces.geometry, prim, float(surfaces.u[i]), float(surfaces.v[i]))
+            weights = prepare(rows, row, ns, ng, wo, laws.threshold, scratch)
+        if paths.bare[i]:
+            _direct_light(laws, lights, surfaces, paths, i, samples, direct)
+        if max3(load3(paths.gather, i)) <= 0.0:  # only straight passes matter to direct light
+            weights = (weights[0], 0.0, 0.0)
+        if weights[0] + weights[1] + weights[2] <= 0.0:
             continue
         key = paths.key[i]
         dim = SECOND_DIMENSION + (bounce + 1) * DIMENSIONS_PER_BOUNCE
-        cls, p_class, u0 = choose_class(p_null, p_sharp, p_rough, uniform(key, dim))
+        cls, p_class, u0 = choose_class(weights[0], weights[1], weights[2], uniform(key, dim))
         if cls == CLASS_ROUGH:
-            landings.hit[landed] = i
-            store3(landings.wo, landed, wo)
-            store3(landings.beta, landed, scale(gather, 1.0 / p_class))
-            landings.key[landed] = key
-            landings.pixel[landed] = pixel
-            landings.footprint[landed] = np.float32(1e30)
+            _land(landings, landed, paths, i, wo, p_class)
             landed += 1
             continue
         u = (u0, uniform(key, dim + 1), uniform(key, dim + 2))
         ok, wi, weight, _, eta = sample(rows, row, ns, ng, wo, cls, scratch, u, 0, laws.threshold)
-        if not ok:
-            continue
-        s = 1.0 / (p_class * eta * eta)
-        beta = (beta[0] * weight[0] * s, beta[1] * weight[1] * s, beta[2] * weight[2] * s)
-        gather = (gather[0] * weight[0] * s, gather[1] * weight[1] * s, gather[2] * weight[2] * s)
-        if max3(gather) <= 0.0 and max3(beta) <= 0.0:
-            continue
-        store3(paths.o, alive, offset_origin(p, ng, wi, laws.reach))
-        store3(paths.d, alive, wi)
-        store3(paths.beta, alive, beta)
-        store3(paths.gather, alive, gather)
-        paths.pdf_w[alive] = paths.pdf_w[i]
-        store3(paths.origin, alive, load3(paths.origin, i))
-        store3(paths.normal, alive, load3(paths.normal, i))
-        paths.key[alive] = key
-        paths.pixel[alive] = pixel
-        paths.bare[alive] = bare and cls == CLASS_NULL
-        alive += 1
+        if ok and _pass_on(paths, alive, i, scale(weight, 1.0 / (p_class * eta * eta)), cls == CLASS_NULL):
+            store3(paths.o, alive, offset_origin(p, ng, wi, laws.reach))
+            store3(paths.d, alive, wi)
+            alive += 1
     return alive, landed
+
+
+@kernel
+def _land(landings, m, paths, i, wo, p_class):
+    """Write landing m: path i ends on a rough lobe, where the whole radius may be used."""
+    landings.hit[m] = i
+    store3(landings.wo, m, wo)
+    store3(landings.beta, m, scale(load3(paths.gather, i), 1.0 / p_class))
+    landings.key[m] = paths.key[i]
+    landings.pixel[m] = paths.pixel[i]
+    landings.footprint[m] = np.float32(1e30)
+
+
+@kernel
+def _pass_on(paths, to, i, weight, straight):
+    """Move path i to place `to` <= i with its throughputs scaled; out: whether anything is left of it."""
+    beta, gather = mul(load3(paths.beta, i), weight), mul(load3(paths.gather, i), weight)
+    if max3(gather) <= 0.0 and max3(beta) <= 0.0:
+        return False
+    store3(paths.beta, to, beta)
+    store3(paths.gather, to, gather)
+    paths.pdf_w[to] = paths.pdf_w[i]
+    store3(paths.origin, to, load3(paths.origin, i))
+    store3(paths.normal, to, load3(paths.normal, i))
+    paths.key[to] = paths.key[i]
+    paths.pixel[to] = paths.pixel[i]
+    paths.bare[to] = paths.bare[i] and straight
+    return True

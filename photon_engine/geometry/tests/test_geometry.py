@@ -18,7 +18,9 @@ def sphere(n=24, smooth=True):
     p = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], -1).reshape(-1, 3)
     a = (np.arange(n - 1)[:, None] * 2 * n + np.arange(2 * n - 1)).ravel()
     tris = np.concatenate([np.stack([a, a + 2 * n, a + 1], 1), np.stack([a + 1, a + 2 * n, a + 2 * n + 1], 1)])
-    return Mesh("sphere", p.astype(np.float32), tris.astype(np.int32), p[tris].astype(np.float32) if smooth else None, None)
+    return Mesh(
+        "sphere", p.astype(np.float32), tris.astype(np.int32), p[tris].astype(np.float32) if smooth else None, None
+    )
 
 
 def scene_of(mesh, *matrices):
@@ -29,7 +31,9 @@ def scene_of(mesh, *matrices):
 def random_matrix(seed, mirrored):
     """Rotation, uneven scale, shear; determinant of the wanted sign."""
     rng = np.random.default_rng(seed)
-    linear = np.linalg.qr(rng.normal(size=(3, 3)))[0] @ np.diag([0.5, 2.0, 1.3]) @ (np.eye(3) + 0.2 * rng.random((3, 3)))
+    linear = (
+        np.linalg.qr(rng.normal(size=(3, 3)))[0] @ np.diag([0.5, 2.0, 1.3]) @ (np.eye(3) + 0.2 * rng.random((3, 3)))
+    )
     if (np.linalg.det(linear) < 0) != mirrored:
         linear[:, 0] = -linear[:, 0]
     matrix = np.eye(4)
@@ -85,7 +89,9 @@ def test_bad_vertices_are_named_and_left_out():
     flat = flatten(scene_of(mesh, np.eye(4)), issues)
     assert [issue.object for issue in issues] == ["o0"]
     assert np.isfinite(flat.geometry.positions).all()
-    hits = Intersector(flat.geometry).closest(np.array([[0, 0, 0]], np.float32), np.array([[0.6, -0.64, 0.48]], np.float32))
+    hits = Intersector(flat.geometry).closest(
+        np.array([[0, 0, 0]], np.float32), np.array([[0.6, -0.64, 0.48]], np.float32)
+    )
     assert hits.prim[0] >= 0
 
 

@@ -13,8 +13,13 @@ def random_deposits(n, spread, seed=1):
     """Photons in a box of the given size around the origin."""
     rng = np.random.default_rng(seed)
     position = rng.uniform(-spread, spread, (n, 3)).astype(np.float32)
-    return Deposits(position, rng.random((n, 3)).astype(np.float32), np.arange(n, dtype=np.uint32),
-                    np.zeros(n, np.uint32), np.zeros(n, np.uint8))
+    return Deposits(
+        position,
+        rng.random((n, 3)).astype(np.float32),
+        np.arange(n, dtype=np.uint32),
+        np.zeros(n, np.uint32),
+        np.zeros(n, np.uint8),
+    )
 
 
 def found(photons, p, r):
