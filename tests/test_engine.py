@@ -67,6 +67,33 @@ scene.render.use_persistent_data = True
 render(scene, "persistent 1")
 scene.photon_map.passes = 3
 render(scene, "persistent 2")
+scene = start()
+scene.render.use_multiview = True
+render(scene, "stereo")
+result["notes"] = [str(issue) for issue in results.last_issues()]
+scene = start()
+if hasattr(scene, "compositing_node_group"):
+    tree = scene.compositing_node_group = bpy.data.node_groups.new("Comp", "CompositorNodeTree")
+else:
+    scene.use_nodes = True
+    tree = scene.node_tree
+bpy.context.view_layer.update_render_passes()
+node = tree.nodes.new("CompositorNodeRLayers")
+node.scene = scene
+sockets = lambda: [s.name for s in node.outputs if s.enabled and not getattr(s, "is_inactive", False)]
+result["sockets"] = sockets()
+bpy.context.view_layer.photon_map.use_albedo = False
+result["sockets without albedo"] = sockets()
+from photon_engine.film.exr import write_exr
+from photon_engine.film.passes import PASSES
+import numpy as np
+pictures = {p.name: np.ones((4, 6, p.channels), np.float32) for p in PASSES}
+write_exr(os.path.join(folder, "ours.exr"), pictures, "ViewLayer")
+image = bpy.data.images.load(os.path.join(folder, "ours.exr"))
+len(image.pixels)  # makes Blender read it
+node = tree.nodes.new("CompositorNodeImage")
+node.image = image
+result["image"] = [image.type, sockets()]
 """
 )
 
@@ -129,6 +156,20 @@ def test_animation_and_persistent_data(renders):
     for name, passes in (("persistent 1", 2), ("persistent 2", 3)):
         channel = read(renders["folder"] / f"{name}.exr")["ViewLayer.Direct.R"]
         np.testing.assert_allclose(channel, expected("Direct", passes)[..., 0], rtol=1e-6)
+
+
+def test_stereo_says_that_it_is_not_supported(renders):
+    assert renders["stereo"] == "finished" and any("stereoscopy" in note for note in renders["notes"])
+
+
+def test_compositor_has_a_socket_for_each_pass(renders):
+    assert {p.name for p in PASSES if p.name != "Combined"} <= set(renders["sockets"])
+    assert "Image" in renders["sockets"] and "Albedo" not in renders["sockets without albedo"]
+
+
+def test_blender_opens_the_command_lines_file_as_multilayer(renders):
+    kind, names = renders["image"]
+    assert kind == "MULTILAYER" and {p.name for p in PASSES} <= set(names)
 
 
 FAILURES = (

@@ -64,6 +64,8 @@ class PhotonMapEngine(bpy.types.RenderEngine):
             self.update_stats("", "Reading the scene")
             if depsgraph.scene.camera is None:
                 raise RenderError(depsgraph.scene.name, "the scene has no camera", "add one")
+            if depsgraph.scene.render.use_multiview:
+                issues.warn(depsgraph.scene.name, "stereoscopy is not supported: all views show the scene's camera")
             scene = extract_scene(depsgraph, issues)
             session = Session(scene, self._settings(depsgraph), issues)
             film = session.new_film(moments=False)
