@@ -17,7 +17,7 @@ bpy = pytest.importorskip("bpy")
 
 ALL = sorted(scenes.all_scenes())
 FAILED = references.cycles.ROOT / "out" / "agreement"  # pictures of what failed: ours, Cycles', 4 x difference
-PASSES = int(os.environ.get("PHOTON_MAP_AGREEMENT_PASSES", "48"))  # for each scene, unless low noise ends it earlier
+PASSES = int(os.environ.get("PHOTON_MAP_AGREEMENT_PASSES", "96"))  # for each scene, unless low noise ends it earlier
 
 
 def check(name: str, passes: int = PASSES) -> None:

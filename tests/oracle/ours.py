@@ -16,7 +16,7 @@ from .compare import MAX_NOISE, batch_block_errors, block_means, compare_blocks
 # Averages over blocks gain nothing from wide gather radii but their bias: about a pixel each. Of the photons,
 # those of the diffuse map decide the noise of a block's mean here; four shadow rays halve it for little time.
 SETTINGS = Settings(
-    passes=1, caustic_photons=20_000, diffuse_photons=100_000, caustic_radius=1.0, diffuse_radius=1.5, light_samples=4
+    passes=1, caustic_photons=20_000, diffuse_photons=100_000, caustic_radius=0.5, diffuse_radius=0.5, light_samples=4
 )
 MIN_PASSES = 12  # below, Student's tail is so wide that nothing is learnt
 MARGIN = 0.7  # of the noise allowed may be ours, the rest is the reference's
@@ -69,7 +69,7 @@ class UntilSure(Listener):
         return bool((se[lit] < MARGIN * MAX_NOISE * self.tolerance * mean[lit]).all())
 
 
-def render_current(settings: Settings = SETTINGS, tolerance: float = 0.01, max_passes: int = 48) -> Picture:
+def render_current(settings: Settings = SETTINGS, tolerance: float = 0.01, max_passes: int = 96) -> Picture:
     """Extract Blender's current scene and render it until its block means are known."""
     import bpy
 
