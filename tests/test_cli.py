@@ -379,5 +379,5 @@ def test_sample_by_the_real_renderer_leaves_at_once(tmp_path):
     pictures, meta = read_exr(tmp_path / "out.exr")
     light = sum(pictures[name].astype(np.float64) for name in LIGHT_NAMES)
     np.testing.assert_allclose(pictures["Combined"][..., :3], light, rtol=1e-6, atol=1e-9)  # float32 rounding
-    assert all(pictures[name].max() > 0.0 for name in ("Direct", "Caustic", "Diffuse", "Emission"))
+    assert all(pictures[name].max() > 0.0 for name in ("Direct", "Caustic", "Diffuse", "Albedo"))
     assert meta["passes"] == "2"
