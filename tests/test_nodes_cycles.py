@@ -15,17 +15,18 @@ bpy = pytest.importorskip("bpy")
 oiio = pytest.importorskip("OpenImageIO")
 
 from photon_engine.blender.images import ImageTable  # noqa: E402
-from photon_engine.blender.node_trees import material_graph  # noqa: E402
+from photon_engine.blender.node_trees import material_graph, world_graph  # noqa: E402
 from photon_engine.issues import IssueLog  # noqa: E402
 from photon_engine.scene.data import Material  # noqa: E402
 from photon_engine.shading.points import ObjectTable, ShadePoints  # noqa: E402
-from photon_engine.shading.program import compile_material  # noqa: E402
+from photon_engine.shading.program import compile_material, constant_background  # noqa: E402
 
 SIZE = 32
 # Cycles' filter of 0.01 px shifts samples by up to 0.005 px, 1.6e-4 of the patch; half-float tables and float32
 # arithmetic stay below that, so smooth outputs of slope <= 3 agree within 1e-3
 TOLERANCE = 1e-3
 LIFT = 2.0  # added to a quarter of the output
+CORNER_COLORS = [(0.1, 0.2, 0.9, 0.3), (0.8, 0.3, 0.5, 0.4), (0.9, 0.9, 0.4, 0.6), (0.2, 0.8, 0.8, 0.5)]
 ROTATION = (0.3, -0.2, 0.7)  # of the patch's object, for coordinates that are not the world's
 
 
@@ -75,6 +76,9 @@ class Patch:
         for k, uv in enumerate([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)]):
             layer.data[k].uv = uv
             other.data[k].uv = (2.0 * uv[1] - 0.5, 1.5 * uv[0])
+        paint = mesh.color_attributes.new("Paint", "FLOAT_COLOR", "CORNER")
+        for k in range(4):
+            paint.data[k].color = CORNER_COLORS[k]
         mesh.materials.append(self.material)
         self.object = bpy.data.objects.new("Patch", mesh)
         self.object.matrix_world = self.matrix
@@ -126,6 +130,10 @@ class Patch:
             matrix.astype(np.float32), inverse[None, :3, :3].astype(np.float32), np.zeros((1, 3), np.float32),
             np.array([self.object.color], np.float32), np.array([3.0], np.float32), np.zeros(1, np.float32),
         )
+        # the square's triangles are (0, 1, 2) and (0, 2, 3), parted by u = v
+        a, b, c, d = np.array(CORNER_COLORS, np.float32)
+        s, t = u[:, None], v[:, None]
+        paint = np.where(s > t, a + s * (b - a) + t * (c - b), a + t * (d - a) + s * (c - d))
         tangent = np.append(inverse[:3, :3] @ np.array([1.0, 0.0, 0.0]), 1.0).astype(np.float32)
         to_camera = np.diag([1.0, 1.0, -1.0, 1.0]) @ np.linalg.inv(np.array(self.camera.matrix_world))
         return ShadePoints(
@@ -134,7 +142,8 @@ class Patch:
                  "Other": np.stack([2.0 * v - 0.5, 1.5 * u], axis=1).astype(np.float32)},
             generated=((local - low) / np.where(high > low, high - low, 1.0)).astype(np.float32), object=local,
             normal_local=np.tile((inverse[:3, :3] @ np.array([0.0, 0.0, 1.0])).astype(np.float32), (n, 1)),
-            tangents={"": np.tile(tangent, (n, 1))}, instance=np.zeros(n, np.int32), objects=table,
+            tangents={"": np.tile(tangent, (n, 1))}, attributes={"Paint": paint, "": paint},
+            instance=np.zeros(n, np.int32), objects=table,
             camera=to_camera.astype(np.float32), is_camera=True,
         )
 
@@ -478,6 +487,12 @@ def test_object_info(patch, output):
     patch.compare(lambda tree: out(tree.nodes.new("ShaderNodeObjectInfo"), output), flat=True)
 
 
+@pytest.mark.parametrize("name", ["Paint", ""])
+@pytest.mark.parametrize("output", ["Color", "Alpha"])
+def test_vertex_color(patch, output, name):
+    patch.compare(lambda tree: out(new(tree, "ShaderNodeVertexColor", layer_name=name), output))
+
+
 def test_light_path(patch):
     patch.compare(lambda tree: out(tree.nodes.new("ShaderNodeLightPath"), "Is Camera Ray"), flat=True)
 
@@ -785,6 +800,41 @@ def test_implicit_conversion(patch, source, target):
         return feed(tree, tree.nodes.new("ShaderNodeInvert"), Color=vector, Fac=0.7).outputs[0]
 
     patch.compare(build)
+
+
+def test_output_for_cycles(patch):
+    """Of several outputs the active one for Cycles counts, then the active one for all."""
+    tree = patch.material.node_tree
+    tree.nodes.clear()
+    for target, strength in (("EEVEE", 1.0), ("ALL", 2.0), ("CYCLES", 3.0)):
+        output, emission = new(tree, "ShaderNodeOutputMaterial", target=target), tree.nodes.new("ShaderNodeEmission")
+        emission.inputs["Strength"].default_value = strength
+        tree.links.new(emission.outputs[0], output.inputs["Surface"])
+    for expected in (3.0, 2.0):
+        issues = IssueLog()
+        graph = material_graph(patch.material, ImageTable(issues), issues)
+        program = compile_material(Material("Patch", graph), [], issues)
+        np.testing.assert_allclose(program.emission(), [[expected] * 3])
+        ours = [node for node in tree.nodes if getattr(node, "target", "") == "CYCLES"]
+        for node in ours:
+            tree.nodes.remove(node)
+
+
+def test_no_output(patch):
+    patch.material.node_tree.nodes.clear()
+    issues = IssueLog()
+    assert material_graph(patch.material, ImageTable(issues), issues).surface is None
+    assert "no active output" in str(next(iter(issues)))
+
+
+def test_world_without_links():
+    world = bpy.data.worlds.new("Sky")
+    world.use_nodes = True
+    world.node_tree.nodes["Background"].inputs["Color"].default_value = (0.1, 0.2, 0.3, 1.0)
+    world.node_tree.nodes["Background"].inputs["Strength"].default_value = 2.0
+    issues = IssueLog()
+    graph = world_graph(world, ImageTable(issues), issues)
+    np.testing.assert_allclose(constant_background(graph), (0.2, 0.4, 0.6), rtol=1e-6)
 
 
 def test_back_side(patch):

@@ -6,7 +6,7 @@ factor hides, and leaves the rest to be run on each batch of hits.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -153,6 +153,11 @@ def compile_material(material: Material, images: list[Image], issues: IssueLog) 
 
 def compile_graph(graph: Graph, name: str, images: list[Image], issues: IssueLog) -> Program:
     """The program of a graph's surface."""
+    if graph.volume is not None:
+        issues.warn(name, "volumes are not supported yet", "the inside is empty")
+    if graph.displacement is not None:
+        issues.warn(name, "displacement is not supported yet", "the mesh is used as it is")
+    graph = surface_part(graph)
     calls = [_make_call(graph, index, name, images, issues) for index in range(len(graph.nodes))]
     surface = None if graph.surface is None else _source(graph, graph.surface, "SHADER")
     varying = _fold(calls)
@@ -164,6 +169,27 @@ def compile_graph(graph: Graph, name: str, images: list[Image], issues: IssueLog
     program = Program(name, calls, surface, live, frozenset(needs), not live)
     program._probe = _probe(program)
     return program
+
+
+def surface_part(graph: Graph) -> Graph:
+    """The graph without the nodes that only its volume or displacement reach."""
+    kept: set[int] = set()
+    todo = [] if graph.surface is None else [graph.surface.node]
+    while todo:
+        index = todo.pop()
+        if index >= 0 and index not in kept:
+            kept.add(index)
+            todo.extend(socket.node for socket in graph.nodes[index].inputs.values())
+    if len(kept) == len(graph.nodes):
+        return graph
+    place = {old: new for new, old in enumerate(sorted(kept))}
+
+    def moved(socket: Socket) -> Socket:
+        return replace(socket, node=place[socket.node]) if socket.node >= 0 else socket
+
+    used = [graph.nodes[old] for old in sorted(kept)]
+    moved_nodes = [replace(item, inputs={k: moved(socket) for k, socket in item.inputs.items()}) for item in used]
+    return Graph(moved_nodes, None if graph.surface is None else moved(graph.surface))
 
 
 def _probe(program: Program) -> list[Lobe]:

@@ -116,6 +116,13 @@ def uv_map(x, props, points):
     return {"UV": pad(points.uvs[props.get("uv_map", "")])}
 
 
+@node("ShaderNodeVertexColor", varies=True, needs=lambda item, used: {f"attribute:{item.props.get('layer_name', '')}"})
+def vertex_color(x, props, points):
+    """A colour attribute of the mesh; no name: the active one."""
+    rgba = points.attributes[props.get("layer_name", "")]
+    return {"Color": rgba[:, :3], "Alpha": rgba[:, 3]}
+
+
 GEOMETRY_NEEDS = {"Parametric": {"parametric"}, "Tangent": {"generated", "objects"}}
 
 

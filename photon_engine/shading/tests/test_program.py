@@ -228,3 +228,23 @@ def test_take_keeps_rows_together():
     assert isinstance(picked, ShadePoints) and len(picked) == 2
     np.testing.assert_array_equal(picked.uvs["Map"][:, 0], [3.0, 1.0])
     assert picked.objects is points.objects and picked.camera is points.camera
+
+
+def test_bump_keeps_its_base_normal():
+    b = Builder()
+    bump = b.add("ShaderNodeBump", {"Normal": "VECTOR"}, Height=("VALUE", 0.3), Normal=("VECTOR", None))
+    diffuse = b.diffuse()
+    b.nodes[diffuse].inputs["Normal"] = Socket(None, bump, "Normal", "VECTOR")
+    lobe = b.program().lobes(probe_points(2))[0]
+    np.testing.assert_allclose(lobe.fields[layout.NORMAL], [[0, 0, 1], [0, 0, 1]])
+    assert "its Normal input is used" in str(next(iter(b.issues)))
+
+
+def test_volume_is_reported_and_left_out():
+    b = Builder()
+    smoke = b.add("ShaderNodeVolumePrincipled", {"Volume": "SHADER"})
+    diffuse = b.diffuse()
+    graph = Graph(b.nodes, Socket(None, diffuse, "BSDF", "SHADER"), Socket(None, smoke, "Volume", "SHADER"))
+    program = compile_material(Material("Smoke", graph), [], b.issues)
+    assert [str(issue) for issue in b.issues] == ["Smoke: volumes are not supported yet (the inside is empty)"]
+    assert [lobe.kind for lobe in program.lobes()] == [layout.DIFFUSE]
