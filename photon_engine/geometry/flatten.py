@@ -65,7 +65,7 @@ def scene_middle(scene: SceneData) -> np.ndarray:
         corners = np.array([[box[i, 0], box[j, 1], box[k, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
         world = corners @ item.matrix[:3, :3].T + item.matrix[:3, 3]
         low, high = np.minimum(low, world.min(axis=0)), np.maximum(high, world.max(axis=0))
-    return np.where(np.isfinite(low + high), 0.5 * (low + high), 0.0)
+    return 0.5 * (low + high) if np.isfinite(low).all() else np.zeros(3)
 
 
 def bounding_sphere(points: np.ndarray) -> tuple[np.ndarray, float]:

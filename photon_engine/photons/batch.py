@@ -15,6 +15,7 @@ class Photons(NamedTuple):
     phi: np.ndarray  # (n, 3) f32, flux [W]
     key: np.ndarray  # (n,) u64, random numbers of this path
     seen: np.ndarray  # (n,) u8, history: SEEN_SHARP, and the number of vertices D times ONE_ROUGH
+    dark: np.ndarray  # (n,) f32, a surface nearer than this takes the photon without being lit (soft lamps) [m]
 
 
 class Deposits(NamedTuple):
@@ -40,6 +41,7 @@ def empty_photons(n: int) -> Photons:
         np.empty((n, 3), np.float32),
         np.empty(n, np.uint64),
         np.zeros(n, np.uint8),
+        np.zeros(n, np.float32),
     )
 
 

@@ -11,7 +11,7 @@ from ..bsdf.surface import prepare, sample
 from ..geometry.flatten import Geometry
 from ..geometry.surface import offset_origin, surface_point
 from ..jit import kernel
-from ..lights.emit import emit_photon
+from ..lights.emit import dark_distance, emit_photon
 from ..lights.select import pick
 from ..lights.targets import emit_aimed
 from ..photons.batch import MAX_ROUGH, ONE_ROUGH, SEEN_SHARP
@@ -64,6 +64,7 @@ def emit_everywhere(lights, points, key, first, photons, tally):
             shifted(points, key, n, 3),
             shifted(points, key, n, 4),
         )
+        photons.dark[i] = dark_distance(lights, light, o, d)
         _launch(photons, i, k, o, d, scale(phi, 1.0 / (p_light * total)), tally)
 
 
@@ -85,6 +86,7 @@ def emit_at_targets(lights, targets, points, key, first, photons, tally):
             shifted(points, key, n, 3),
             shifted(points, key, n, 4),
         )
+        photons.dark[i] = dark_distance(lights, light, o, d)
         _launch(photons, i, k, o, d, scale(phi, 1.0 / (p_light * total)), tally)
 
 
@@ -139,6 +141,10 @@ def photon_step(laws, surfaces, photons, mode, bounce, deposits, stored, tally):
             for c in range(3):
                 tally[ESCAPED, c] += phi[c]
             continue
+        if surfaces.t[i] < photons.dark[i]:
+            for c in range(3):
+                tally[ABSORBED, c] += phi[c]
+            continue
         p, ng, ns = surface_point(geometry, surfaces.prim[i], float(surfaces.u[i]), float(surfaces.v[i]))
         wo = scale(load3(photons.d, i), -1.0)
         row = surfaces.row[i]
@@ -165,6 +171,7 @@ def photon_step(laws, surfaces, photons, mode, bounce, deposits, stored, tally):
         store3(photons.d, alive, wi)
         store3(photons.phi, alive, phi_out)
         photons.key[alive] = key
+        photons.dark[alive] = max(photons.dark[i] - surfaces.t[i], 0.0)
         if cls == CLASS_SHARP:
             seen |= SEEN_SHARP
         elif cls == CLASS_ROUGH and seen // ONE_ROUGH < MAX_ROUGH:

@@ -104,7 +104,7 @@ class Renderer:
         if self.caustics:
             deposits = self._trace(i, CAUSTIC, cancelled)
             caustic = self._build(deposits, caustic_radius)
-        if self.diffuse:
+        if self.diffuse and not cancelled():
             gathering = self.settings.final_gather != "OFF"
             deposits = self._trace(i, GLOBAL if gathering else DIFFUSE, cancelled)
             if gathering:
@@ -130,9 +130,9 @@ class Renderer:
 
     def _build(self, deposits: Deposits, radius: Radius) -> PhotonMap | None:
         """A map whose cells suit queries of this radius; None without photons."""
-        start = time.perf_counter()
         if len(deposits.wi) == 0:
             return None
+        start = time.perf_counter()
         reach = radius.bound
         if self.pilot.footprint > 0.0:
             reach = min(reach, radius.pixels * self.pilot.footprint)
