@@ -73,6 +73,3 @@ def kernel(function):
         return numba.njit(nogil=True, cache=True, fastmath=FASTMATH, error_model="numpy", _nrt=False)(function)
     finally:
         numba.config.CACHE_DIR = before
-
-
-scalar = kernel
