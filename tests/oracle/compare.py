@@ -45,18 +45,19 @@ class BlockReport(NamedTuple):
     count: int  # blocks times channels compared
     mean_ratio: float  # mean(ours) / mean(theirs), luminance over the whole picture
     rel_mse: float
+    judged: float  # part of the picture's light that lies in blocks with a verdict
 
     @property
     def agrees(self) -> bool:
-        """Nothing out of tolerance, and a verdict on at least half of the blocks (else nothing was tested)."""
-        return not self.out and len(self.unconverged) <= self.count // 2
+        """Nothing out of tolerance, and a verdict on at least half of the light (else nothing was tested)."""
+        return not self.out and self.judged >= 0.5
 
     def __str__(self) -> str:
         """Summary, then the blocks out of tolerance and those without a verdict."""
         lines = [
             f"{self.count - len(self.out) - len(self.unconverged)} of {self.count} agree, {len(self.out)} out of "
-            f"tolerance, {len(self.unconverged)} without verdict; mean ratio {self.mean_ratio:.4f}, "
-            f"relMSE {self.rel_mse:.2e}"
+            f"tolerance, {len(self.unconverged)} without verdict ({100 * self.judged:.0f}% of the light judged); "
+            f"mean ratio {self.mean_ratio:.4f}, relMSE {self.rel_mse:.2e}"
         ]
         lines += [f"  OUT  {block}" for block in self.out]
         lines += [f"  ?    {block}" for block in self.unconverged]
@@ -144,4 +145,6 @@ def compare_blocks(
             out.append(block)
         elif se[at] > MAX_NOISE * allowed[at]:
             unconverged.append(block)
-    return BlockReport(out, unconverged, a.size, mean_ratio(ours, theirs), rel_mse(ours, theirs))
+    total = float(b.sum())
+    judged = 1.0 - sum(block.theirs for block in unconverged) / total if total else 1.0
+    return BlockReport(out, unconverged, a.size, mean_ratio(ours, theirs), rel_mse(ours, theirs), judged)

@@ -44,11 +44,11 @@ def emissive_panel(name: str) -> None:
 def emissive_ball(name: str) -> None:
     """A ball that glows, in view, of an instanced and scaled mesh."""
     scene = stage.corner(name)
-    glow = materials.shader("Glow", "ShaderNodeEmission", Color=WARM, Strength=15.0)
+    glow = materials.shader("Glow", "ShaderNodeEmission", Color=WARM, Strength=3.0)
     ball = common.unit_ball("Ball", 4)
     ball.materials.append(glow)
-    common.link(scene, "Ball A", ball, (0.6, 0.3, 0.5)).scale = (0.15,) * 3
-    common.link(scene, "Ball B", ball, (-1.2, -0.2, 1.4)).scale = (0.10, 0.10, 0.22)
+    common.link(scene, "Ball A", ball, (0.6, 0.3, 0.5)).scale = (0.35,) * 3
+    common.link(scene, "Ball B", ball, (-1.2, -0.2, 1.4)).scale = (0.2, 0.2, 0.4)
 
 
 def many(name: str) -> None:
