@@ -1,4 +1,4 @@
-"""Expected block means of each class for the rooms of `cornell`: ``python -m tests.brute.references [NAME ...]``.
+"""Expected block means of each class for the rooms of `cornell`: ``python -m tests.brute.references [-w N] [NAME ...]``.
 
 Long runs of the reference tracer, kept as block means with their standard errors, so that a test of the engine takes
 seconds. `tests/test_classes.py` also renders each room anew, with fewer samples, and compares with what is kept.
@@ -32,12 +32,15 @@ def load():
 
 
 def main(names):
-    """Render the rooms named, or all, and keep them."""
+    """Render the rooms named, or all, with 1/N of the samples, and keep them."""
     kept = load() if PATH.exists() else {}
+    parts = 1
+    if names[:1] == ["-w"]:
+        parts, names = int(names[1]), names[2:]
     for name in names or VARIANTS:
         start = time.perf_counter()
-        kept |= make(name)
-        np.savez_compressed(PATH, **kept)
+        kept |= make(name, SPP // parts, PHOTONS // parts)
+        np.savez_compressed(PATH, **{key: np.asarray(value, np.float32) for key, value in kept.items()})
         print(f"{name}: {time.perf_counter() - start:.0f} s", flush=True)
 
 
