@@ -12,7 +12,7 @@ from ..jit import kernel
 from ..vec import dot, scale
 from .albedo import field3
 from .diffuse import INV_PI, oren_nayar, sample_cosine
-from .frame import negate
+from .frame import negate, shading_ratio
 from .layout import COLOR_A, DIFFUSE, ROUGHNESS
 from .reflect import BLACK
 
@@ -64,7 +64,7 @@ def sample_matte(rows, row, k, n, ng, wo, u, adjoint):
     s = 1.0
     if adjoint:
         lit = dot(n, wo)
-        s = lit / max(dot(ng, wo), 1e-9)
+        s = shading_ratio(lit, dot(ng, wo))
         if lit <= 0.0 or pdf <= 0.0:
             return False, wi, BLACK, 0.0
     elif side * dot(ng, wi) <= 0.0 or pdf <= 0.0:
@@ -87,5 +87,5 @@ def sample_lambert(ns, ng, wo, weight, u, adjoint):
     if cos <= 0.0 or lit <= 0.0:
         return False, wi, BLACK, 0.0, 1.0
     if adjoint:
-        weight = scale(weight, lit / max(side * height, 1e-9))
+        weight = scale(weight, shading_ratio(lit, height))
     return True, wi, weight, cos * INV_PI, 1.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ..jit import kernel
 from ..vec import dot
 from .diffuse import bump_softening
-from .frame import facet_normal, lobe_normal, negate
+from .frame import facet_normal, lobe_normal, negate, shading_ratio
 from .glass import eval_glass, side_eta
 from .layout import CLASS_ROUGH, DIFFUSE, HAS_NORMAL, NONE, REFLECT, TRANSLUCENT
 from .matte import eval_matte
@@ -54,7 +54,6 @@ def rough_total(rows, row, ns, ng, wo, wi, scratch, adjoint):
     b = 0.0
     density = 0.0
     column = 5 if adjoint else 0
-    slant = abs(dot(ng, wi)) / max(abs(dot(ng, wo)), EPSILON)
     for k in range(rows.kind.shape[1]):
         if rows.kind[row, k] == NONE:
             break
@@ -62,7 +61,9 @@ def rough_total(rows, row, ns, ng, wo, wi, scratch, adjoint):
             continue
         f, pdf, n, eta = eval_lobe(rows, row, k, ns, ng, wo, wi, adjoint)
         if adjoint:
-            cos = max(dot(n, wo), 0.0) * slant * bump_factor(rows, row, k, ns, n, wo)
+            lit = dot(n, wo)
+            falls = shading_ratio(lit, dot(ng, wo)) if lit > 0.0 else 0.0
+            cos = falls * abs(dot(ng, wi)) * bump_factor(rows, row, k, ns, n, wo)
         else:
             cos = abs(dot(n, wi)) / (eta * eta) * bump_factor(rows, row, k, ns, n, wi)
         r += scratch[k, column] * f[0] * cos

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from ..bsdf.frame import shading_ratio
 from ..bsdf.surface import eval_rough, prepare
 from ..geometry.surface import surface_point
 from ..jit import kernel
@@ -31,8 +32,8 @@ def gather(laws, surfaces, points, photons, radius, lobes, picture):
         L(p, wo) = sum_j f(p, wo, wi_j) phi_j K(d_j / r) / (pi r^2),  K(x) = 2 (1 - x^2)
         [Jensen 2001, 7.2, with Epanechnikov's kernel]
 
-    No cosine: a photon's flux per area holds it. A photon falls on the geometric surface while f is relative to the
-    shading normal, hence |ns.wi| / |ng.wi| [Veach 1997, 5.3]. Biased by O(r^2).
+    No cosine: a photon's flux per area holds it. A photon falls on its facet while f is relative to the shading
+    normal, hence |ns.wi| / |ng.wi|, ng being the photon's own facet [Veach 1997, 5.3]. Biased by O(r^2).
     lobes : 0 all rough ones, 1 the wide ones only.
     """
     rows = surfaces.rows
@@ -75,11 +76,12 @@ def estimate(rows, row, frame, scratch, photons, r):
                         continue
                     if cell_index(q[0], cell) != ix or cell_index(q[1], cell) != iy or cell_index(q[2], cell) != iz:
                         continue  # another cell with the same hash
-                    if abs(dot(unpack_direction(photons.normal[j]), ng)) < SAME_SURFACE:
+                    facet = unpack_direction(photons.normal[j])
+                    if abs(dot(facet, ng)) < SAME_SURFACE:
                         continue
                     wi = unpack_direction(photons.wi[j])
                     f, _ = eval_rough(rows, row, ns, ng, wo, wi, scratch)
-                    w = 2.0 * (1.0 - d2 / r2) * abs(dot(ns, wi)) / max(abs(dot(ng, wi)), 1e-6)
+                    w = 2.0 * (1.0 - d2 / r2) * shading_ratio(dot(ns, wi), dot(facet, wi))
                     red += w * f[0] * photons.flux[j, 0]
                     green += w * f[1] * photons.flux[j, 1]
                     blue += w * f[2] * photons.flux[j, 2]
