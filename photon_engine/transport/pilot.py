@@ -34,8 +34,8 @@ class Pilot(NamedTuple):
     """Bounds on the first radius, and the scale of pixels."""
 
     footprint: float  # median radius of a pixel at the visible points [m]; 0: nothing rough is seen
-    caustic_bound: float  # [m]; 0: no caustic photon arrives
-    diffuse_bound: float  # [m]; 0: no diffuse photon arrives
+    caustic_bound: float  # [m]; 0: no such photons are traced
+    diffuse_bound: float  # [m]; 0: no such photons are traced
 
 
 def run_pilot(scene: RenderScene, pool: Executor, settings: Settings, modes: list[int]) -> Pilot:
@@ -49,7 +49,9 @@ def run_pilot(scene: RenderScene, pool: Executor, settings: Settings, modes: lis
         )
         total = settings.caustic_photons if mode == CAUSTIC else settings.diffuse_photons
         neighbours = CAUSTIC_NEIGHBOURS if mode == CAUSTIC else DIFFUSE_NEIGHBOURS
-        bounds[mode] = _bound(deposits, visible, neighbours, total)
+        # a light so far off that hardly a photon of the pilot arrives: pixels alone say how wide to gather
+        few = len(deposits.position) < 2
+        bounds[mode] = scene.flat.radius if few else _bound(deposits, visible, neighbours, total)
     return Pilot(footprint, bounds[CAUSTIC], bounds[DIFFUSE])
 
 
@@ -60,8 +62,6 @@ def _bound(deposits: Deposits, visible: np.ndarray, neighbours: int, total: int)
     number lies within 1 / sqrt(N) of the radius.
     """
     n = len(deposits.position)
-    if n == 0 or total == 0:
-        return 0.0
     k = min(8, n)
     probes = deposits.position[:: max(1, n // PROBES)]
     radius = np.median(neighbour_radius(deposits.position, probes, k + 1 if n > k else k))

@@ -132,7 +132,8 @@ def camera(eye, target, half_width=0.5, **changes):
 
 def frame(size=32, **changes):
     """A square picture with a box filter."""
-    return Frame(size, size, 0, 0, size, size, **{"filter": "BOX", "filter_width": 1.0, **changes})
+    whole = {"x0": 0, "y0": 0, "x1": size, "y1": size, "filter": "BOX", "filter_width": 1.0}
+    return Frame(size, size, **{**whole, **changes})
 
 
 def build(parts, lights=(), view=None, world=(0.0, 0.0, 0.0), picture=None):
