@@ -6,7 +6,7 @@ not in the weight of `sample` (the caller multiplies) but is in f of `eval_rough
 
 from __future__ import annotations
 
-from ..jit import kernel
+from ..jit import inlined, kernel
 from ..vec import dot, mul, scale
 from .albedo import field3
 from .diffuse import INV_PI
@@ -28,6 +28,7 @@ from .layout import (
     REFLECT,
     TRANSLUCENT,
     TRANSPARENT,
+    WEIGHT,
 )
 from .matte import sample_lambert, sample_matte
 from .reflect import BLACK, UP, sample_reflect
@@ -36,7 +37,7 @@ from .rough import EPSILON, rough_total
 CLASS_ANY = -1
 
 
-@kernel
+@inlined
 def prepare(rows, row, ns, ng, wo, threshold, scratch):
     """Weights and classes of the row's lobes as seen from wo, for the functions below.
 
@@ -45,6 +46,27 @@ def prepare(rows, row, ns, ng, wo, threshold, scratch):
     scratch : (K, 8) f64; [k, 0:3] effective weight, [k, 3] sampling weight, [k, 4] class; [k, 5:8] is used by photons
     out : summed sampling weights (luminances) of the classes null, sharp, rough.
     """
+    if is_lambert(rows, row):
+        return weigh_lambert(rows, row, scratch)
+    return prepare_any(rows, row, ns, ng, wo, threshold, scratch)
+
+
+@kernel
+def weigh_lambert(rows, row, scratch):
+    """`prepare` for a row that is one Lambert lobe."""
+    p = rows.params
+    r, g, b = float(p[row, 0, WEIGHT]), float(p[row, 0, WEIGHT + 1]), float(p[row, 0, WEIGHT + 2])
+    scratch[0, 0] = r
+    scratch[0, 1] = g
+    scratch[0, 2] = b
+    scratch[0, 3] = 0.2126 * r + 0.7152 * g + 0.0722 * b
+    scratch[0, 4] = CLASS_ROUGH
+    return 0.0, 0.0, scratch[0, 3]
+
+
+@kernel
+def prepare_any(rows, row, ns, ng, wo, threshold, scratch):
+    """`prepare` for any row."""
     if is_plain(rows, row):
         weigh_plain(rows, row, scratch)
         n_lobes = 1
@@ -163,7 +185,7 @@ def needs_adjoint_weights(rows, row, k):
     return rows.params[row, k, GROUP] > 0.0 or rows.params[row, k, MULTISCATTER] != 0.0
 
 
-@kernel
+@inlined
 def sample(rows, row, ns, ng, wo, cls, scratch, u, adjoint, threshold):
     """Where a path goes on, from one lobe of the class; after `prepare` with the same wo.
 
@@ -174,10 +196,14 @@ def sample(rows, row, ns, ng, wo, cls, scratch, u, adjoint, threshold):
     all count in f and pdf (MIS against `eval_rough`). pdf_w = 0 for a delta lobe. eta: index beyond over index here
     where the path crosses, else 1; an eye path multiplies by 1 / eta^2 itself.
     """
-    if is_lambert(rows, row):
-        if cls != CLASS_ANY and cls != CLASS_ROUGH:
-            return False, UP, BLACK, 0.0, 1.0
+    if is_lambert(rows, row) and cls == CLASS_ROUGH:
         return sample_lambert(ns, ng, wo, (scratch[0, 0], scratch[0, 1], scratch[0, 2]), u, adjoint)
+    return sample_any(rows, row, ns, ng, wo, cls, scratch, u, adjoint)
+
+
+@kernel
+def sample_any(rows, row, ns, ng, wo, cls, scratch, u, adjoint):
+    """`sample` for any row; apart from it so that the short cut for plain Lambert is small enough to be inlined."""
     if is_plain(rows, row) and rows.kind[row, 0] == GLASS and is_delta(rows, row, 0):
         if cls != CLASS_ANY and cls != CLASS_SHARP:
             return False, UP, BLACK, 0.0, 1.0
@@ -210,7 +236,7 @@ def sample(rows, row, ns, ng, wo, cls, scratch, u, adjoint, threshold):
     return True, wi, mul(value, w), pdf * share, eta
 
 
-@kernel
+@inlined
 def eval_rough(rows, row, ns, ng, wo, wi, scratch):
     """All rough lobes for one pair of directions; after `prepare` with the same wo.
 
@@ -222,6 +248,12 @@ def eval_rough(rows, row, ns, ng, wo, wi, scratch):
         if lit < EPSILON:
             return BLACK, 0.0
         return (scratch[0, 0] * INV_PI, scratch[0, 1] * INV_PI, scratch[0, 2] * INV_PI), lit * INV_PI
+    return eval_any(rows, row, ns, ng, wo, wi, scratch)
+
+
+@kernel
+def eval_any(rows, row, ns, ng, wo, wi, scratch):
+    """`eval_rough` for any row."""
     value, density = rough_total(rows, row, ns, ng, wo, wi, scratch, 0)
     cos = abs(dot(ns, wi))
     if density <= 0.0 or cos < EPSILON:

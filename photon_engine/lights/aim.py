@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from ..jit import kernel
+from ..jit import inlined
 from ..sampling.warps import INV_4PI, one_minus_cos, square_to_cone, square_to_disk, square_to_sphere
 from ..vec import add, dot, load3, madd, scale, sub, to_world
 from .emit import disk_point, distant_direction
@@ -18,7 +18,7 @@ from .table import DELTA
 FAR = 1.5  # lamp and sphere must be this much farther apart than their radii touch, to aim from a disk between
 
 
-@kernel
+@inlined
 def toward(o, center, radius, u0, u1):
     """Direction from o uniform in the cone that a sphere fills; over the whole sphere from inside it."""
     r = sub(center, o)
@@ -29,7 +29,7 @@ def toward(o, center, radius, u0, u1):
     return to_world(local, scale(r, 1.0 / math.sqrt(d2)))
 
 
-@kernel
+@inlined
 def toward_pdf_w(o, center, radius, d):
     """Density of `toward` in solid angle."""
     r = sub(center, o)
@@ -42,7 +42,7 @@ def toward_pdf_w(o, center, radius, d):
     return 1.0 / (2.0 * math.pi * h) if 0.5 * dot(chord, chord) <= h else 0.0
 
 
-@kernel
+@inlined
 def crosses(o, d, center, radius):
     """Whether the line (o, d) passes within radius of center."""
     r = sub(o, center)
@@ -51,7 +51,7 @@ def crosses(o, d, center, radius):
     return dot(across, across) <= radius * radius
 
 
-@kernel
+@inlined
 def gate(lights, l, center, radius):
     """The disk about a lamp, across the way to a sphere, through which all lines from one to the other pass.
 
@@ -66,7 +66,7 @@ def gate(lights, l, center, radius):
     return lights.size[l, 0] / math.sqrt(1.0 - sine * sine), scale(r, 1.0 / distance), distance
 
 
-@kernel
+@inlined
 def round_line(lights, l, center, radius, u0, u1, u2, u3):
     """A line from a point or spot lamp toward a sphere: (x, d), x any point of it; covers all lines between them."""
     position = load3(lights.position, l)
@@ -81,7 +81,7 @@ def round_line(lights, l, center, radius, u0, u1, u2, u3):
     return disk_point(position, lights.size[l, 0], d, u0, u1), d
 
 
-@kernel
+@inlined
 def round_line_pdf(lights, l, center, radius, x, d):
     """Density of `round_line` for the line (x, d), per m^2 across it and sr; for a point: per sr."""
     position = load3(lights.position, l)
@@ -102,14 +102,14 @@ def round_line_pdf(lights, l, center, radius, x, d):
     return toward_pdf_w(o, center, radius, d) / (math.pi * opening * opening * cosine)
 
 
-@kernel
+@inlined
 def distant_line(lights, l, center, radius, u0, u1, u2, u3):
     """A line of a sun or the world, of its photons' directions, through a sphere: (x, d)."""
     d, _ = distant_direction(lights, l, u2, u3)
     return disk_point(center, radius, d, u0, u1), d
 
 
-@kernel
+@inlined
 def disk_line_pdf(center, radius, x, d):
     """Density of a line through a sphere's disk across it, per m^2."""
     return 1.0 / (math.pi * radius * radius) if crosses(x, d, center, radius) else 0.0

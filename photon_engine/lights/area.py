@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ..jit import kernel
+from ..jit import inlined
 from ..sampling.warps import rectangle_solid_angle, square_to_disk, square_to_rectangle_w
 from ..vec import add, dot, load3, madd, scale, sub
 from .table import DELTA, ELLIPSE, FOCUSED
@@ -16,7 +16,7 @@ NEAR = 4.0  # an ellipse closer than this many half axes is sampled through its 
 BY_NOTHING, BY_SOLID_ANGLE, BY_RECTANGLE, BY_ELLIPSE = range(4)
 
 
-@kernel
+@inlined
 def area_gain(lights, l, cos_light):
     """Radiance relative to radiance[l] at cos_light from the normal: a soft box's grid, (tan h - tan a)/(tan h - h)."""
     if cos_light <= 0.0:
@@ -27,7 +27,7 @@ def area_gain(lights, l, cos_light):
     return max(0.0, (lights.cone[l, 0] - tangent) * lights.cone[l, 1])
 
 
-@kernel
+@inlined
 def area_inside(lights, l, x, y):
     """Whether (x, y) [m] in the lamp's plane, from its centre along its axes, is on the lamp."""
     a = x / lights.size[l, 0]
@@ -37,21 +37,21 @@ def area_inside(lights, l, x, y):
     return abs(a) <= 1.0 and abs(b) <= 1.0
 
 
-@kernel
+@inlined
 def area_local(lights, l, p):
     """The point p relative to the lamp: (x, y) along its axes and height [m] in front of it."""
     r = sub(p, load3(lights.position, l))
     return dot(r, load3(lights.axis_u, l)), dot(r, load3(lights.axis_v, l)), dot(r, load3(lights.normal, l))
 
 
-@kernel
+@inlined
 def area_point(lights, l, x, y):
     """Point in the lamp's plane at (x, y) from its centre."""
     p = load3(lights.position, l)
     return madd(madd(p, x, load3(lights.axis_u, l)), y, load3(lights.axis_v, l))
 
 
-@kernel
+@inlined
 def area_strategy(lights, l, p):
     """How to sample the lamp from p: (strategy, density, (x0, x1, y0, y1) relative to p, height).
 
@@ -87,7 +87,7 @@ def area_strategy(lights, l, p):
     return BY_RECTANGLE, 1.0 / flat, rect, height
 
 
-@kernel
+@inlined
 def area_sample(lights, l, p, u0, u1):
     """A direction from p to the lamp: (wi, distance, gain, pdf_w); gain = 0 where nothing arrives."""
     strategy, density, rect, height = area_strategy(lights, l, p)
@@ -114,7 +114,7 @@ def area_sample(lights, l, p, u0, u1):
     return wi, distance, area_gain(lights, l, cos_light) if seen else 0.0, pdf_w
 
 
-@kernel
+@inlined
 def area_hit(lights, l, o, d):
     """Where a ray from o along d meets the front of the lamp: (distance, cos_light); distance inf: it does not."""
     if lights.flags[l] & DELTA:
@@ -131,7 +131,7 @@ def area_hit(lights, l, o, d):
     return (t, cos_light) if area_inside(lights, l, x, y) else (math.inf, 0.0)
 
 
-@kernel
+@inlined
 def area_pdf_w(lights, l, p, distance, cos_light):
     """Density in solid angle with which `area_sample` from p finds the point hit at `distance` under `cos_light`."""
     strategy, density, _, _ = area_strategy(lights, l, p)
@@ -140,7 +140,7 @@ def area_pdf_w(lights, l, p, distance, cos_light):
     return density if strategy == BY_SOLID_ANGLE else density * distance * distance / cos_light
 
 
-@kernel
+@inlined
 def beam_sample(lights, l, p):
     """Parallel rays (spread 0): (wi, distance, seen) of the one direction from which light arrives at p."""
     x, y, height = area_local(lights, l, p)

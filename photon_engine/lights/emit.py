@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 from ..geometry.surface import offset_origin
-from ..jit import kernel
+from ..jit import inlined
 from ..sampling.warps import (
     square_to_cone,
     square_to_cosine_hemisphere,
@@ -25,7 +25,7 @@ from .table import AREA, DELTA, ELLIPSE, FOCUSED, MESH, SOFT, SPOT, SUN, WORLD
 MARGIN = 1.001  # photons from infinity start this far out, in radii of the scene
 
 
-@kernel
+@inlined
 def emit_photon(lights, l, u0, u1, u2, u3):
     """A photon of light l over its whole emission: (o, d, phi); u0 ... u3 in [0, 1).
 
@@ -46,19 +46,19 @@ def emit_photon(lights, l, u0, u1, u2, u3):
     return round_surface(lights, l, o, d), d, scale(load3(lights.radiance, l), gain * round_disk(lights, l))
 
 
-@kernel
+@inlined
 def scene_center(lights):
     """Centre of the scene's bounding sphere."""
     return (lights.center[0], lights.center[1], lights.center[2])
 
 
-@kernel
+@inlined
 def round_disk(lights, l):
     """Area [m^2] of a point or spot lamp across any direction; 1 for a point, whose radiance is an intensity."""
     return 1.0 if lights.flags[l] & DELTA else math.pi * lights.size[l, 0] * lights.size[l, 0]
 
 
-@kernel
+@inlined
 def round_surface(lights, l, o, d):
     """Where a photon on the line (o, d), o being its closest point to the centre, starts: on a sphere's front."""
     r2 = lights.size[l, 0] * lights.size[l, 0]
@@ -68,7 +68,7 @@ def round_surface(lights, l, o, d):
     return madd(o, math.sqrt(max(0.0, r2 - dot(offset, offset))), d)
 
 
-@kernel
+@inlined
 def dark_distance(lights, l, o, d):
     """Distance [m] from its origin below which a photon of `emit_photon` or `emit_aimed` lights nothing.
 
@@ -85,7 +85,7 @@ def dark_distance(lights, l, o, d):
     return b2 / math.sqrt(rest) if rest > 0.0 else math.inf
 
 
-@kernel
+@inlined
 def round_direction(lights, l, u0, u1):
     """Direction of a point or spot lamp's photon, by its falloff: (d, falloff / density [sr])."""
     if lights.kind[l] != SPOT:
@@ -107,7 +107,7 @@ def round_direction(lights, l, u0, u1):
     return d, 2.0 * math.pi * (1.0 - cos_half) * total / spot_jacobian(lights, l, d)
 
 
-@kernel
+@inlined
 def spot_jacobian(lights, l, d):
     """Local solid angle over world solid angle along d: |det A| / |A d|^3 for the world-to-local matrix A."""
     v = transform(lights.to_local, l, d)
@@ -118,7 +118,7 @@ def spot_jacobian(lights, l, d):
     return abs(dot(cross(x, y), z)) / dot(v, v) ** 1.5
 
 
-@kernel
+@inlined
 def smoothstep_inverse(u):
     """The x where the integral of 1 - smoothstep from 0 reaches the share u of its total 1/2: 2x - 2x^3 + x^4 = u."""
     x = 1.0 - math.sqrt(math.sqrt(max(0.0, 1.0 - u)))  # near x = 1, 1 - u ~ 2 (1 - x)^3, near 0 u ~ 2 x
@@ -139,7 +139,7 @@ def smoothstep_inverse(u):
     return x
 
 
-@kernel
+@inlined
 def distant_direction(lights, l, u0, u1):
     """Direction in which light of a sun or the world travels, and the solid angle (1 for a delta): uniform."""
     if lights.kind[l] == WORLD:
@@ -151,14 +151,14 @@ def distant_direction(lights, l, u0, u1):
     return to_world(square_to_cone(u0, u1, h), axis), 2.0 * math.pi * h
 
 
-@kernel
+@inlined
 def disk_point(center, radius, d, u0, u1):
     """Point uniform on the disk about `center` across the unit direction d."""
     x, y = square_to_disk(u0, u1)
     return add(center, to_world((radius * x, radius * y, 0.0), d))
 
 
-@kernel
+@inlined
 def from_outside(lights, x, d):
     """Point on the line through x along d that lies just before the scene's bounding sphere."""
     r = sub(x, scene_center(lights))
@@ -168,7 +168,7 @@ def from_outside(lights, x, d):
     return madd(x, -(along + before + (MARGIN - 1.0) * lights.radius), d)
 
 
-@kernel
+@inlined
 def area_origin(lights, l, u0, u1):
     """Point uniform on an area lamp."""
     if lights.flags[l] & ELLIPSE:
@@ -179,7 +179,7 @@ def area_origin(lights, l, u0, u1):
     return area_point(lights, l, x * lights.size[l, 0], y * lights.size[l, 1])
 
 
-@kernel
+@inlined
 def _emit_area(lights, l, u0, u1, u2, u3):
     """Uniform on the lamp, cosine-weighted within the spread."""
     o = area_origin(lights, l, u0, u1)
@@ -196,7 +196,7 @@ def _emit_area(lights, l, u0, u1, u2, u3):
     return o, d, scale(radiance, math.pi * sine2 * area * area_gain(lights, l, cosine))
 
 
-@kernel
+@inlined
 def mesh_origin(lights, u0, u1):
     """Point on the emissive triangles, by flux: (m, point, unit normal, density [1/m^2])."""
     m, p_tri, rest = pick(lights.tri_cdf, u0)
@@ -208,7 +208,7 @@ def mesh_origin(lights, u0, u1):
     return m, o, normalize(cross(e1, e2)), p_tri / lights.tri_area[m]
 
 
-@kernel
+@inlined
 def _emit_mesh(lights, u0, u1, u2, u3):
     """By flux over triangles, cosine-weighted, on either side."""
     m, o, normal, density = mesh_origin(lights, u0, u1)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 
-from ..jit import kernel
+from ..jit import inlined
 from ..sampling.warps import INV_4PI, one_minus_cos, square_to_cone, square_to_sphere
 from ..vec import dot, load3, scale, sub, to_world
 from .table import DELTA, SOFT, SPOT
 
 
-@kernel
+@inlined
 def transform(matrix, l, v):
     """matrix[l] @ v for an (L, 3, 3) array."""
     return (
@@ -20,14 +20,14 @@ def transform(matrix, l, v):
     )
 
 
-@kernel
+@inlined
 def smoothstep(x):
     """3 x^2 - 2 x^3 on [0, 1], constant outside."""
     x = min(1.0, max(0.0, x))
     return x * x * (3.0 - 2.0 * x)
 
 
-@kernel
+@inlined
 def spot_falloff(lights, l, d):
     """A spot's factor on light that travels along d, angles taken in the lamp's local space; 1 for other kinds."""
     if lights.kind[l] != SPOT:
@@ -40,7 +40,7 @@ def spot_falloff(lights, l, d):
     return smoothstep(excess / width)
 
 
-@kernel
+@inlined
 def round_cone(lights, l, distance):
     """1 - cos of the half angle that the lamp fills seen from `distance` [m]; 2 (everything) inside a sphere."""
     r2 = lights.size[l, 0] * lights.size[l, 0]
@@ -50,7 +50,7 @@ def round_cone(lights, l, distance):
     return one_minus_cos(r2 / d2) if d2 > r2 else 2.0
 
 
-@kernel
+@inlined
 def round_distance(lights, l, distance, cos_theta):
     """Distance [m] along a ray at cos_theta from the direction to the centre, which is `distance` away."""
     if lights.flags[l] & SOFT:
@@ -62,7 +62,7 @@ def round_distance(lights, l, distance, cos_theta):
     return along - half_chord if distance > radius else along + half_chord
 
 
-@kernel
+@inlined
 def round_gain(lights, l, d, distance):
     """Radiance relative to radiance[l] of light along d that arrives at `distance` from the centre."""
     if distance < lights.size[l, 0] and not lights.flags[l] & SOFT:
@@ -70,7 +70,7 @@ def round_gain(lights, l, d, distance):
     return spot_falloff(lights, l, d)
 
 
-@kernel
+@inlined
 def round_sample(lights, l, p, u0, u1):
     """A direction from p to the lamp, uniform over the solid angle it fills: (wi, distance, gain, pdf_w).
 
@@ -97,7 +97,7 @@ def round_sample(lights, l, p, u0, u1):
     return wi, round_distance(lights, l, d, cos_theta), round_gain(lights, l, scale(wi, -1.0), d), pdf_w
 
 
-@kernel
+@inlined
 def round_hit(lights, l, o, d):
     """Where a ray from o along d meets the lamp: (distance, gain, pdf_w of `round_sample`); distance inf: nowhere."""
     if lights.flags[l] & DELTA:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from ..jit import kernel
+from ..jit import inlined
 from ..sampling.mis import power_heuristic
 from ..sampling.warps import square_to_cone, square_to_cosine_hemisphere, square_to_triangle
 from ..vec import add, cross, dot, load3, madd, scale, sub, to_world
@@ -20,7 +20,7 @@ BLACK = (0.0, 0.0, 0.0)
 UP = (0.0, 0.0, 1.0)
 
 
-@kernel
+@inlined
 def sample_light(lights, p, ns, u_select, u0, u1):
     """Direct light at p from one light: (wi, distance, Le, pdf_w, is_delta).
 
@@ -64,7 +64,7 @@ def sample_light(lights, p, ns, u_select, u0, u1):
     return wi, distance, scale(load3(lights.radiance, l), gain), pdf_w * p_select, is_delta
 
 
-@kernel
+@inlined
 def sun_sample(lights, l, u0, u1):
     """Direction to the sun, uniform over its disk: (wi, pdf_w), pdf_w = 1 for a delta."""
     axis = scale(load3(lights.normal, l), -1.0)
@@ -74,7 +74,7 @@ def sun_sample(lights, l, u0, u1):
     return to_world(square_to_cone(u0, u1, h), axis), 1.0 / (2.0 * math.pi * h)
 
 
-@kernel
+@inlined
 def mesh_sample(lights, p, u, u0, u1):
     """Point on an emissive triangle, by flux and uniform in area: (wi, distance, Le, pdf_w without the selection)."""
     m, p_tri, _ = pick(lights.tri_cdf, u)
@@ -91,7 +91,7 @@ def mesh_sample(lights, p, u, u0, u1):
     return scale(r, 1.0 / distance), distance, load3(lights.tri_radiance, m), p_tri * d2 * distance / projected
 
 
-@kernel
+@inlined
 def emitter_pdf_w(lights, tri, p, distance, cos_light):
     """Density [1/sr], with selection, of `sample_light` from p for a point on global triangle `tri`; 0: not an emitter.
 
@@ -107,7 +107,7 @@ def emitter_pdf_w(lights, tri, p, distance, cos_light):
     return selection_p(lights, l, p) * p_tri * distance * distance / (lights.tri_area[m] * abs(cos_light))
 
 
-@kernel
+@inlined
 def mesh_index(lights):
     """Index of the MESH light, or -1; it can only be last or before the world."""
     n = lights.kind.shape[0]
@@ -117,7 +117,7 @@ def mesh_index(lights):
     return -1
 
 
-@kernel
+@inlined
 def world_radiance(lights, d):
     """Radiance [W/m^2/sr] that a ray which leaves the scene along d meets; suns are not in it."""
     n = lights.kind.shape[0]
@@ -126,7 +126,7 @@ def world_radiance(lights, d):
     return BLACK
 
 
-@kernel
+@inlined
 def world_pdf_w(lights, p, ns, d):
     """Density [1/sr], with selection, of `sample_light` from p with normal ns for the world in direction d."""
     n = lights.kind.shape[0]
@@ -136,7 +136,7 @@ def world_pdf_w(lights, p, ns, d):
     return selection_p(lights, n - 1, p) * cos_theta / math.pi
 
 
-@kernel
+@inlined
 def suns_along_ray(lights, d, prev_p, bsdf_pdf_w, use_mis, camera):
     """Radiance of all suns whose disk a ray that leaves the scene along d meets; arguments as `lamps_along_ray`."""
     total = BLACK
@@ -152,13 +152,13 @@ def suns_along_ray(lights, d, prev_p, bsdf_pdf_w, use_mis, camera):
     return total
 
 
-@kernel
+@inlined
 def _hidden(lights, l, use_mis, camera):
     """Whether rays of this sort do not see lamp l; a lamp without shadows is left to light sampling alone."""
     return (camera and not lights.flags[l] & CAMERA) or (use_mis and not lights.flags[l] & SHADOW)
 
 
-@kernel
+@inlined
 def _weight(lights, l, prev_p, pdf_w, bsdf_pdf_w, use_mis):
     """MIS weight of a BSDF sample that met lamp l."""
     if not use_mis:
@@ -166,7 +166,7 @@ def _weight(lights, l, prev_p, pdf_w, bsdf_pdf_w, use_mis):
     return power_heuristic(bsdf_pdf_w, pdf_w * selection_p(lights, l, prev_p))
 
 
-@kernel
+@inlined
 def lamps_along_ray(lights, o, d, t_max, prev_p, bsdf_pdf_w, use_mis, camera):
     """Radiance of all point, spot and area lamps that a ray meets before t_max; lamps stop no ray. No suns here.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ..jit import kernel
+from ..jit import inlined
 from ..vec import dot, load3, scale, sub
 from .round import spot_falloff
 from .table import AREA, DELTA, POINT, SPOT, SUN, WORLD
@@ -14,7 +14,7 @@ FLOOR = 0.2  # of the probability is shared evenly by all lights that can reach 
 DARK_SPOT = 0.05  # weight of a spot with a radius outside its cone: its rim may still be seen
 
 
-@kernel
+@inlined
 def light_weight(lights, l, p):
     """Estimated irradiance [W/m^2] from light l at p, unoccluded, facing it; 0 only where none can arrive."""
     kind = lights.kind[l]
@@ -44,7 +44,7 @@ def light_weight(lights, l, p):
     return power / (d2 + radius * radius)
 
 
-@kernel
+@inlined
 def selection_sums(lights, p):
     """(sum of all weights at p, how many are above 0), as `selection_p` needs them."""
     total = 0.0
@@ -59,7 +59,7 @@ def selection_sums(lights, p):
     return total, count
 
 
-@kernel
+@inlined
 def _selection_p(lights, l, p, total, count):
     """Probability of light l at p; total, count from `selection_sums`."""
     n = lights.kind.shape[0]
@@ -71,14 +71,14 @@ def _selection_p(lights, l, p, total, count):
     return (1.0 - FLOOR) * weight / total + FLOOR / count if weight > 0.0 else 0.0
 
 
-@kernel
+@inlined
 def selection_p(lights, l, p):
     """Probability with which `select_light` chooses light l at p."""
     total, count = selection_sums(lights, p)
     return _selection_p(lights, l, p, total, count)
 
 
-@kernel
+@inlined
 def search(cdf, u):
     """First index whose cumulative value exceeds u, for u in [0, 1) and a CDF that ends at 1."""
     low = 0
@@ -92,7 +92,7 @@ def search(cdf, u):
     return low
 
 
-@kernel
+@inlined
 def pick(cdf, u):
     """Index drawn from a CDF, its probability, and a fresh uniform number made of what u has left: (i, p, u')."""
     i = search(cdf, u)
@@ -101,7 +101,7 @@ def pick(cdf, u):
     return i, p, min(max((u - before) / p, 0.0), 0.9999999999999999)
 
 
-@kernel
+@inlined
 def select_light(lights, p, u):
     """A light for the point p: (l, probability, fresh uniform number); l = -1: no light can reach p."""
     n = lights.kind.shape[0]

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from ..geometry.surface import offset_origin
-from ..jit import kernel
+from ..jit import inlined, kernel
 from ..sampling.warps import square_to_disk
 from ..vec import dot, load3, luminance, madd, scale, sub
 from .aim import disk_line_pdf, distant_line, round_line, round_line_pdf, toward, toward_pdf_w
@@ -103,7 +103,7 @@ def _enclose(a: tuple, b: tuple) -> tuple[np.ndarray, float]:
     return a[0] + (b[0] - a[0]) * ((r - a[1]) / d), r * (1.0 + 1e-12)
 
 
-@kernel
+@inlined
 def emit_aimed(lights, targets, l, u_pick, u0, u1, u2, u3):
     """A photon of light l aimed at one of the targets: (o, d, phi) as `emit_photon`.
 
@@ -134,13 +134,13 @@ def emit_aimed(lights, targets, l, u_pick, u0, u1, u2, u3):
     return round_surface(lights, l, o, d), d, scale(load3(lights.radiance, l), gain)
 
 
-@kernel
+@inlined
 def share(targets, l, c):
     """Probability with which a photon of light l is aimed at target c."""
     return targets.pick[l, c] - (targets.pick[l, c - 1] if c > 0 else 0.0)
 
 
-@kernel
+@inlined
 def cone_mixture(targets, l, o, d):
     """Density [1/sr] of direction d from o over all targets of light l."""
     total = 0.0
@@ -149,7 +149,7 @@ def cone_mixture(targets, l, o, d):
     return total
 
 
-@kernel
+@inlined
 def disk_mixture(targets, l, x, d):
     """Density [1/m^2] of the line (x, d) over the disks of all targets of light l."""
     total = 0.0
@@ -158,7 +158,7 @@ def disk_mixture(targets, l, x, d):
     return total
 
 
-@kernel
+@inlined
 def round_mixture(lights, targets, l, x, d):
     """Density of the line (x, d) of a point or spot lamp over all targets, as `aim.round_line_pdf`."""
     total = 0.0
@@ -167,7 +167,7 @@ def round_mixture(lights, targets, l, x, d):
     return total
 
 
-@kernel
+@inlined
 def _aimed_area(lights, targets, l, c, u0, u1, u2, u3):
     """From a uniform point of the lamp into the cone of target c; parallel rays through the target's disk."""
     center = load3(targets.center, c)
@@ -192,7 +192,7 @@ def _aimed_area(lights, targets, l, c, u0, u1, u2, u3):
     return o, d, scale(radiance, gain * cosine * lights.size[l, 2] / cone_mixture(targets, l, o, d))
 
 
-@kernel
+@inlined
 def _aimed_mesh(lights, targets, l, c, u0, u1, u2, u3):
     """From a point of the emissive triangles, by flux, into the cone of target c; both sides radiate."""
     m, o, normal, density = mesh_origin(lights, u0, u1)

@@ -10,7 +10,7 @@ from ..bsdf.layout import CLASS_ROUGH, CLASS_SHARP, LobeRows
 from ..bsdf.surface import prepare, sample
 from ..geometry.flatten import Geometry
 from ..geometry.surface import offset_origin, surface_point
-from ..jit import kernel
+from ..jit import inlined, kernel
 from ..lights.emit import dark_distance, emit_photon
 from ..lights.select import pick
 from ..lights.targets import emit_aimed
@@ -90,7 +90,7 @@ def emit_at_targets(lights, targets, points, key, first, photons, tally):
         _launch(photons, i, k, o, d, scale(phi, 1.0 / (p_light * total)), tally)
 
 
-@kernel
+@inlined
 def _launch(photons, i, k, o, d, phi, tally):
     """Write a new photon and count its flux."""
     store3(photons.o, i, o)
@@ -181,7 +181,7 @@ def photon_step(laws, surfaces, photons, mode, bounce, deposits, stored, tally):
     return alive, stored
 
 
-@kernel
+@inlined
 def _scatter(rows, row, frame, weights, threshold, scratch, phi, key, bounce):
     """Next direction and flux of a photon, or its end by Russian roulette.
 
