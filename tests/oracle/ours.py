@@ -74,9 +74,10 @@ def render_current(settings: Settings = SETTINGS, tolerance: float = 0.01, max_p
     import bpy
 
     from photon_engine.blender.extract import extract_scene
+    from photon_engine.blender.load import read_render
 
     issues = IssueLog()
-    scene = extract_scene(bpy.context.evaluated_depsgraph_get(), issues)
+    scene = read_render(bpy.context.scene, bpy.context.view_layer, lambda depsgraph: extract_scene(depsgraph, issues))
     listener = UntilSure(tolerance, max_passes)
     session = Session(scene, settings.replace(passes=max_passes), issues)
     session.render(listener)

@@ -23,10 +23,10 @@ def lit(name: str):
 
 
 def wedge(material, other):
-    """A mesh without symmetry: a box with one corner pulled out, two materials, one smooth face."""
+    """A mesh without symmetry: a box with one corner pulled out, two materials, flat."""
     p = [(-1, -1, -1), (1, -1, -1), (1, 1, -1), (-1, 1, -1), (-1, -1, 1), (1.6, -1.3, 1.2), (1, 1, 1), (-1, 1, 1)]
     faces = [(3, 2, 1, 0), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
-    mesh = common.mesh_data("Wedge", p, faces, smooth=[False, True, False, True, False, False])
+    mesh = common.mesh_data("Wedge", p, faces)
     mesh.materials.append(material)
     mesh.materials.append(other)
     mesh.polygons.foreach_set("material_index", [0, 0, 1, 0, 1, 0])
@@ -70,6 +70,20 @@ def collection_instances(name: str) -> None:
         empty.scale = (1.0 + 0.1 * k, 1.0, 1.0)
 
 
+def smooth_and_flat(name: str) -> None:
+    """A coarse ball, smooth: its shading normals lean far from its faces; beside it a flat one, and half of each."""
+    scene = lit(name)
+    paints = materials.diffuse("Orange", ORANGE), materials.glossy("Satin", (0.6, 0.8, 0.9), 0.4)
+    for k in range(3):
+        ball = common.uv_ball(f"Ball {k}", 12, 7)
+        # by place, not by index: Blender makes the faces of a sphere in another order each time
+        ball.polygons.foreach_set("use_smooth", [k == 0 or (k == 2 and face.center.z > 0.1) for face in ball.polygons])
+        ball.materials.append(paints[0])
+        ball.materials.append(paints[1])
+        ball.polygons.foreach_set("material_index", [int(face.center.x > 0.0) for face in ball.polygons])
+        common.link(scene, f"Ball {k}", ball, (-0.8 + 0.8 * k, 0.0, 0.37)).scale = (0.36,) * 3
+
+
 def curve_and_text(name: str) -> None:
     """A curve with thickness, and a text."""
     scene = lit(name)
@@ -107,13 +121,13 @@ def hidden_and_holdout(name: str) -> None:
     """An object that is not rendered, one hidden from the camera, one that is a hole."""
     scene = lit(name)
     for x, label in ((-0.8, "Hidden"), (0.0, "Unseen"), (0.8, "Hole")):
-        common.box(scene, label, (0.5, 0.5, 0.5), (x, 0.1, 0.0), materials.diffuse(label, ORANGE), 0.4)
+        common.box(scene, label, (0.5, 0.5, 0.5), (x, 0.1, 0.02), materials.diffuse(label, ORANGE), 0.4)
     bpy.data.objects["Hidden"].hide_render = True
     bpy.data.objects["Unseen"].visible_camera = False
     bpy.data.objects["Hole"].is_holdout = True
 
 
-SCENES: dict[str, Callable[[], None]] = {
-    f.__name__: partial(f, f.__name__)
-    for f in (mirrored, mirrored_glass, collection_instances, curve_and_text, modifiers, hidden_and_holdout)
-}
+BUILDERS = (
+    mirrored, mirrored_glass, smooth_and_flat, collection_instances, curve_and_text, modifiers, hidden_and_holdout,
+)  # fmt: skip
+SCENES: dict[str, Callable[[], None]] = {builder.__name__: partial(builder, builder.__name__) for builder in BUILDERS}
