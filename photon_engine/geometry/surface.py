@@ -46,9 +46,7 @@ def offset_origin(p, ng, w, reach):
     reach : radius of the scene, whose rounding the triangles' vertices carry.
     """
     size = max(abs(p[0]), max(abs(p[1]), abs(p[2])))
-    step = RELATIVE_OFFSET * max(size, 0.125 * reach)
-    if dot(w, ng) < 0.0:
-        step = -step
+    step = math.copysign(RELATIVE_OFFSET * max(size, 0.125 * reach), dot(w, ng))
     return (p[0] + step * ng[0], p[1] + step * ng[1], p[2] + step * ng[2])
 
 

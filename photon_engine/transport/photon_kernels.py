@@ -17,7 +17,7 @@ from ..lights.targets import emit_aimed
 from ..photons.batch import MAX_ROUGH, ONE_ROUGH, SEEN_SHARP
 from ..photons.packing import pack_direction
 from ..sampling.rng import DIMENSIONS_PER_BOUNCE, path_key, shifted, uniform
-from ..vec import dot, load3, max3, scale, store3
+from ..vec import add, dot, load3, max3, scale, store3, sub
 
 CAUSTIC = 0  # store L S+ D, stop at the first D
 DIFFUSE = 1  # store every D after the first D; go on
@@ -134,16 +134,15 @@ def photon_step(laws, surfaces, photons, mode, bounce, deposits, stored, tally):
     """
     geometry, rows = surfaces.geometry, surfaces.rows
     scratch = surfaces.scratch
+    absorbed, escaped = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     alive = 0
     for i in range(len(photons.key)):
         phi = load3(photons.phi, i)
         if surfaces.prim[i] < 0:
-            for c in range(3):
-                tally[ESCAPED, c] += phi[c]
+            escaped = add(escaped, phi)
             continue
+        absorbed = add(absorbed, phi)
         if surfaces.t[i] < photons.dark[i]:
-            for c in range(3):
-                tally[ABSORBED, c] += phi[c]
             continue
         p, ng, ns = surface_point(geometry, surfaces.prim[i], float(surfaces.u[i]), float(surfaces.v[i]))
         wo = scale(load3(photons.d, i), -1.0)
@@ -163,10 +162,9 @@ def photon_step(laws, surfaces, photons, mode, bounce, deposits, stored, tally):
         go_on, wi, phi_out, cls = _scatter(
             rows, row, (ns, ng, wo), (p_null, p_sharp, p_rough), laws.threshold, scratch, phi, key, bounce
         )
-        for c in range(3):
-            tally[ABSORBED, c] += phi[c] - (phi_out[c] if go_on else 0.0)
         if not go_on:
             continue
+        absorbed = sub(absorbed, phi_out)
         store3(photons.o, alive, offset_origin(p, ng, wi, laws.reach))
         store3(photons.d, alive, wi)
         store3(photons.phi, alive, phi_out)
@@ -178,6 +176,9 @@ def photon_step(laws, surfaces, photons, mode, bounce, deposits, stored, tally):
             seen += ONE_ROUGH
         photons.seen[alive] = seen
         alive += 1
+    for c in range(3):
+        tally[ABSORBED, c] += absorbed[c]
+        tally[ESCAPED, c] += escaped[c]
     return alive, stored
 
 
