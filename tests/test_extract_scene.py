@@ -11,48 +11,14 @@ import pytest
 from photon_engine.blender.extract import extract_scene
 from photon_engine.issues import IssueLog, RenderError
 from photon_engine.scene.io import load_scene, save_scene
-from photon_engine.scene.validate import check_scene
+from tests.extract_help import cube, empty_scene, extract, link, messages, names
 
 SHARED = Path(__file__).resolve().parents[2] / "shared" / "scenes"
 
 
-@pytest.fixture(autouse=True)
-def scene():
-    """An empty scene with a camera."""
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    scene = bpy.context.scene
-    scene.render.engine = "CYCLES"
-    scene.camera = link(bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera")))
-    return scene
-
-
-def link(ob, collection=None):
-    (collection or bpy.context.scene.collection).objects.link(ob)
-    return ob
-
-
-def cube(name="Cube", collection=None):
-    """A cube with one quad a side."""
-    me = bpy.data.meshes.new(name)
-    corners = [(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
-    faces = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    me.from_pydata(corners, [], faces)
-    return link(bpy.data.objects.new(name, me), collection)
-
-
-def extract(issues=None):
-    """The scene as a viewport depsgraph gives it, checked for consistency."""
-    data = extract_scene(bpy.context.evaluated_depsgraph_get(), issues if issues is not None else IssueLog())
-    check_scene(data)
-    return data
-
-
-def names(data):
-    return sorted(instance.name for instance in data.instances)
-
-
-def messages(issues, name):
-    return " ".join(i.message for i in issues if i.object == name)
+@pytest.fixture(autouse=True, name="scene")
+def fresh_scene():
+    return empty_scene()
 
 
 def test_every_kind_that_can_become_a_mesh():
@@ -258,122 +224,6 @@ def test_needs_follow_the_materials():
     mesh = extract().meshes[0]
     np.testing.assert_allclose(mesh.generated, (mesh.positions + 1.0) / 2.0, atol=1e-6)
     assert list(mesh.attributes) == ["heat"] and list(mesh.tangents) == ["UVMap"]
-
-
-def lamp(kind, **values):
-    """A lamp object with those properties."""
-    data = bpy.data.lights.new("Lamp", kind)
-    for name, value in values.items():
-        setattr(data, name, value)
-    return link(bpy.data.objects.new("Lamp", data))
-
-
-def test_lamps_of_each_kind():
-    lamp("POINT", energy=3.0, color=(1.0, 0.5, 0.25), exposure=1.0, shadow_soft_size=0.2, use_soft_falloff=False)
-    light = extract().lights[0]
-    assert light.strength == pytest.approx((6.0, 3.0, 1.5))
-    assert (light.kind, light.soft_falloff, light.normalize) == ("POINT", False, True)
-    assert light.radius == pytest.approx(0.2)
-    bpy.data.lights.remove(bpy.data.lights["Lamp"])
-
-    lamp("SPOT", spot_size=1.0, spot_blend=0.3, normalize=False)
-    light = extract().lights[0]
-    assert (light.spot_size, light.spot_blend) == pytest.approx((1.0, 0.3))
-    assert light.soft_falloff and not light.normalize
-    bpy.data.lights.remove(bpy.data.lights["Lamp"])
-
-    lamp("SUN", angle=0.02, use_temperature=True, temperature=3000.0, energy=2.0)
-    light = extract().lights[0]
-    assert light.angle == pytest.approx(0.02)
-    # Blender's colour of a black body of 3000 K, rendered and measured with Cycles
-    assert light.strength == pytest.approx((2 * 1.7708, 2 * 0.8443, 2 * 0.2722), rel=1e-3)
-
-
-@pytest.mark.parametrize(("shape", "size"), [
-    ("SQUARE", (2.0, 2.0)), ("DISK", (2.0, 2.0)), ("RECTANGLE", (2.0, 3.0)), ("ELLIPSE", (2.0, 3.0)),
-])  # fmt: skip
-def test_area_lamps_keep_their_size_apart_from_their_scale(shape, size):
-    ob = lamp("AREA", shape=shape, size=2.0, size_y=3.0, spread=1.0)
-    ob.scale = (2.0, 3.0, 4.0)
-    light = extract().lights[0]
-    assert (light.shape, light.size) == (shape, size)
-    assert light.spread == pytest.approx(1.0)
-    np.testing.assert_allclose(np.linalg.norm(light.matrix[:3, :3], axis=0), (2.0, 3.0, 4.0), rtol=1e-6)
-    assert extract().lights[0].spread <= math.pi
-
-
-def test_lamp_nodes_multiply():
-    ob = lamp("POINT", energy=2.0)
-    ob.data.use_nodes = True
-    emission = ob.data.node_tree.nodes["Emission"]
-    emission.inputs["Color"].default_value = (1.0, 0.5, 0.0, 1.0)
-    emission.inputs["Strength"].default_value = 3.0
-    assert extract().lights[0].strength == pytest.approx((6.0, 3.0, 0.0))
-    falloff = ob.data.node_tree.nodes.new("ShaderNodeLightFalloff")
-    ob.data.node_tree.links.new(falloff.outputs[0], emission.inputs["Strength"])
-    issues = IssueLog()
-    assert extract(issues).lights[0].strength == pytest.approx((2.0, 2.0, 2.0))
-    assert "not supported" in messages(issues, "Lamp")
-
-
-def test_lamps_that_give_no_light_are_reported():
-    ob = lamp("AREA")
-    ob.data.cycles.is_portal = True
-    issues = IssueLog()
-    assert not extract(issues).lights and "portal" in messages(issues, "Lamp")
-    ob.data.cycles.is_portal = False
-    ob.data.energy = -1.0
-    issues = IssueLog()
-    assert not extract(issues).lights and "negative" in messages(issues, "Lamp")
-
-
-def test_lamps_in_instanced_collections():
-    collection = bpy.data.collections.new("Part")
-    ob = lamp("POINT")
-    bpy.context.scene.collection.objects.unlink(ob)
-    collection.objects.link(ob)
-    for i in range(2):
-        empty = link(bpy.data.objects.new("Empty", None))
-        empty.instance_type, empty.instance_collection, empty.location = "COLLECTION", collection, (i, 0, 0)
-    assert sorted(light.matrix[0, 3] for light in extract().lights) == [0.0, 1.0]
-
-
-def test_light_linking_is_reported():
-    ob = lamp("POINT")
-    ob.light_linking.receiver_collection = bpy.data.collections.new("Some")
-    issues = IssueLog()
-    extract(issues)
-    assert "linking" in messages(issues, "Lamp")
-
-
-def world():
-    world = bpy.data.worlds.new("World")
-    if not world.node_tree:
-        world.use_nodes = True
-    bpy.context.scene.world = world
-    return world, world.node_tree
-
-
-def test_world_constant_and_varying():
-    assert extract().world.color == (0.0, 0.0, 0.0)
-    _, tree = world()
-    background = next(n for n in tree.nodes if n.type == "BACKGROUND")
-    background.inputs["Color"].default_value = (0.1, 0.2, 0.3, 1.0)
-    background.inputs["Strength"].default_value = 2.0
-    issues = IssueLog()
-    assert extract(issues).world.color == pytest.approx((0.2, 0.4, 0.6))
-    assert not list(issues)
-    rgb = tree.nodes.new("ShaderNodeRGB")
-    rgb.outputs[0].default_value = (1.0, 0.5, 0.25, 1.0)
-    tree.links.new(rgb.outputs[0], background.inputs["Color"])
-    assert extract().world.color == pytest.approx((2.0, 1.0, 0.5))
-    for kind in ("TexGradient", "TexEnvironment"):
-        tree.links.new(tree.nodes.new(f"ShaderNode{kind}").outputs["Color"], background.inputs["Color"])
-        issues = IssueLog()
-        data = extract(issues)
-        assert data.world.graph is not None
-        assert data.world.color == pytest.approx((0.2, 0.4, 0.6)), kind
-        assert "0.2, 0.4, 0.6" in next(i.remedy for i in issues if i.object == "World")
 
 
 def test_film_settings(scene):

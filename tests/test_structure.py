@@ -119,7 +119,7 @@ def test_everything_public_is_explained():
 
 
 def is_kernel(node: ast.FunctionDef) -> bool:
-    return any(isinstance(item, ast.Name) and item.id == "kernel" for item in node.decorator_list)
+    return any(isinstance(item, ast.Name) and item.id in ("kernel", "inlined") for item in node.decorator_list)
 
 
 def test_public_functions_take_few_parameters():
