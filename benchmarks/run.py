@@ -25,6 +25,8 @@ from pathlib import Path
 import numpy as np
 
 ROOT = Path(__file__).resolve().parent.parent
+REFERENCE = ROOT / "benchmarks" / "cornell_caustics_soft_256.exr"
+PROTOTYPE = [[1.2, 0.0206], [2.2, 0.0119], [4.0, 0.0076], [7.2, 0.0055]]  # one thread of a like machine
 sys.path.insert(0, str(ROOT))
 
 
@@ -144,6 +146,20 @@ def error_curve(scene, settings, reference: np.ndarray, marks=(1, 2, 4, 8, 16, 3
     return [*curve, {"stages": stages}]
 
 
+def reference_curve() -> dict:
+    """Our error on the box with the 0.5 m light, beside the figures of the prototype that the engine must beat."""
+    import OpenImageIO as oiio
+
+    scene = load("cornell_caustics")
+    scene.lights[0].size = (0.5, 0.5)
+    source = oiio.ImageInput.open(str(REFERENCE))
+    spec = source.spec()
+    pixels = np.array(source.read_image(format="float")).reshape(spec.height, spec.width, -1)[::-1, :, :3]
+    from photon_engine.settings import Settings
+
+    return {"ours": error_curve(scene, Settings(), pixels), "prototype_seconds_relMSE": PROTOTYPE}
+
+
 def main() -> None:
     """Run everything and write out/bench.json."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -158,6 +174,7 @@ def main() -> None:
         "commit": subprocess.run(["git", "rev-parse", "HEAD"], cwd=ROOT, capture_output=True, text=True).stdout.strip(),
         "trace": trace_speed(scene, Settings(diffuse_photons=400_000)),
         "start": start_up(str(Path(tempfile.gettempdir()) / "photon_map_bench_cornell_caustics.npz")),
+        "error": reference_curve(),
         "peak_memory_MB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
     }
     target.parent.mkdir(parents=True, exist_ok=True)
