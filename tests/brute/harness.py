@@ -61,22 +61,24 @@ def engine(scene, passes=8, first=0, **settings):
     return Batches({name: np.array([p[name] for p in pictures], float) for name in pictures[0]}), statistics
 
 
-def eye_reference(scene, spp, batches=8, **options):
+def eye_reference(scene, spp, batches=8, first_seed=1, **options):
     """Batches of the reference path tracer, spp samples a pixel in all."""
-    pictures = [render(scene, max(2, spp // batches), seed=i + 1, **options) for i in range(batches)]
+    pictures = [render(scene, max(1, spp // batches), seed=first_seed + i, **options) for i in range(batches)]
     return Batches({name: np.array([p[name][0] for p in pictures]) for name in CLASSES})
 
 
-def reference(scene, spp, photons, batches=8, **options):
+def reference(scene, spp, photons, batches=8, first_seed=1, **options):
     """Batches of the reference: caustics and diffuse light seen directly from the light tracer, the rest from the eye.
 
     Small lights and caustics are what paths from the eye find badly. All classes; both estimators are unbiased.
+    Half of the samples go to paths whose first vertex is sharp. photons = 0: paths from the eye only.
     """
     if photons == 0:
-        return eye_reference(scene, spp, batches, **options)
-    plain = eye_reference(scene, spp, batches, start="not sharp", **options)
-    mirrored = eye_reference(scene, spp, batches, start="sharp", **options)
-    light = [trace_light(scene, photons // batches, seed=i + 1, batches=2) for i in range(batches)]
+        return eye_reference(scene, spp, batches, first_seed, **options)
+    plain = eye_reference(scene, spp // 2, batches, first_seed, start="not sharp", **options)
+    mirrored = eye_reference(scene, spp // 2, batches, first_seed + (1 << 20), start="sharp", **options)
+    seeds = range(first_seed, first_seed + batches)
+    light = [trace_light(scene, photons // batches, seed=seed, batches=1) for seed in seeds]
     out = Batches({name: plain[name] + mirrored[name] for name in CLASSES})
     for name in ("Caustic", "Diffuse"):
         out[name] = np.array([p[name][0] for p in light]) + mirrored[name]

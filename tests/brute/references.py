@@ -1,4 +1,6 @@
-"""Expected block means of each class for the rooms of `cornell`: ``python -m tests.brute.references [-w N] [NAME ...]``.
+"""Expected block means of each class for the rooms of `cornell`.
+
+``python -m tests.brute.references [-w N] [NAME ...]`` renders them, with 1/N of the samples.
 
 Long runs of the reference tracer, kept as block means with their standard errors, so that a test of the engine takes
 seconds. `tests/test_classes.py` also renders each room anew, with fewer samples, and compares with what is kept.
@@ -16,12 +18,12 @@ from .scenes import VARIANTS, cornell
 
 PATH = Path(__file__).resolve().parents[1] / "references" / "classes.npz"
 SIZE, BLOCK = 32, 8
-SPP, PHOTONS, BATCHES = 3072, 3_200_000, 16
+SPP, PHOTONS, BATCHES = 6144, 3_200_000, 16
 
 
-def make(variant, spp=SPP, photons=PHOTONS, batches=BATCHES):
+def make(variant, spp=SPP, photons=PHOTONS, batches=BATCHES, first_seed=1):
     """{"variant/class": (2, 4, 4, 3)}: mean and standard error of each block."""
-    picture = reference(cornell(variant, SIZE), spp, photons, batches)
+    picture = reference(cornell(variant, SIZE), spp, photons, batches, first_seed)
     return {f"{variant}/{name}": np.array(picture.blocks(name, BLOCK), np.float32) for name in CLASSES}
 
 
