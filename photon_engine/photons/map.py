@@ -1,12 +1,13 @@
 """The photon map: photons sorted into the cells of a hashed grid, 32 bytes each and at most 4 for the table.
 
-Cells of a row along x have consecutive hashes, so a query reads each row of cells as one run of memory. Two cells of
-one query can share a bucket; a photon counts only for the cell that it lies in.
+Cells of a row along x have consecutive hashes, so a query reads each row of cells as one run of memory. Where two
+rows of one query can share a bucket (small tables, large radii), a photon counts only for the row that it lies in.
 """
 
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -27,6 +28,7 @@ class PhotonMap(NamedTuple):
     normal: np.ndarray  # (n,) u32, packed
     start: np.ndarray  # (B + 1,) i32, photons [start[b], start[b + 1]) are in bucket b; B a power of two
     cell: float  # edge of a cell [m]
+    clash: bool  # whether cells of one query of radius <= cell can share a bucket
 
     def nbytes(self) -> int:
         """Memory held [bytes]."""
@@ -40,15 +42,26 @@ def build_map(deposits: Deposits, cell: float) -> PhotonMap:
     start = np.zeros(buckets + 1, np.int32)
     order = np.empty(n, np.int32)
     _count_sort(deposits.position, cell, start, order, np.empty(n, np.int32))
-    return PhotonMap(
-        deposits.position[order], deposits.flux[order], deposits.wi[order], deposits.normal[order], start, cell
-    )
+    fields = (deposits.position[order], deposits.flux[order], deposits.wi[order], deposits.normal[order])
+    return PhotonMap(*fields, start, cell, rows_clash(buckets))
+
+
+@cache
+def rows_clash(buckets: int) -> bool:
+    """Whether rows of three cells that are at most two rows apart can overlap in a table of this size."""
+    for dy in range(-2, 3):
+        for dz in range(-2, 3):
+            gap = row_hash(dy, dz) % buckets
+            if (dy or dz) and min(gap, buckets - gap) < 3:
+                return True
+    return False
 
 
 def empty_map() -> PhotonMap:
     """A map without photons."""
     none = np.zeros(0, np.uint32)
-    return PhotonMap(np.zeros((0, 3), np.float32), np.zeros((0, 3), np.float32), none, none, np.zeros(2, np.int32), 1.0)
+    rgb = np.zeros((0, 3), np.float32)
+    return PhotonMap(rgb, rgb, none, none, np.zeros(2, np.int32), 1.0, True)
 
 
 @kernel

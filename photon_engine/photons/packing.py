@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ..jit import kernel
+from ..jit import inlined, kernel
 from ..vec import normalize
 
 _SCALE = 32767.0
@@ -26,11 +26,17 @@ def pack_direction(v):
     return np.uint32((a << 16) | b)
 
 
-@kernel
+@inlined
 def unpack_direction(code):
     """The unit vector of pack_direction's integer."""
+    return normalize(unpack_octahedral(code))
+
+
+@inlined
+def unpack_octahedral(code):
+    """The vector of pack_direction's integer before it is normalised: on the octahedron |x| + |y| + |z| = 1."""
     x = float(np.int64(code >> 16) - 32768) / _SCALE
     y = float(np.int64(code & 0xFFFF) - 32768) / _SCALE
     z = 1.0 - abs(x) - abs(y)
     fold = max(-z, 0.0)
-    return normalize((x - math.copysign(fold, x), y - math.copysign(fold, y), z))
+    return (x - math.copysign(fold, x), y - math.copysign(fold, y), z)

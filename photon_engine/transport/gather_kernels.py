@@ -6,12 +6,13 @@ import math
 from typing import NamedTuple
 
 from ..bsdf.frame import shading_ratio
+from ..bsdf.layering import is_lambert
 from ..bsdf.surface import eval_rough, prepare
 from ..geometry.surface import surface_point
-from ..jit import kernel
+from ..jit import inlined, kernel
 from ..photons.map import cell_index, row_hash
-from ..photons.packing import unpack_direction
-from ..vec import dot, load3
+from ..photons.packing import unpack_direction, unpack_octahedral
+from ..vec import dot, load3, mul, scale
 from .eye_kernels import add3
 from .lobes import keep_wide
 
@@ -36,22 +37,73 @@ def gather(laws, surfaces, points, photons, radius, lobes, picture):
     normal, hence |ns.wi| / |ng.wi|, ng being the photon's own facet [Veach 1997, 5.3]. Biased by O(r^2).
     lobes : 0 all rough ones, 1 the wide ones only.
     """
-    rows = surfaces.rows
+    rows, geometry = surfaces.rows, surfaces.geometry
     scratch = surfaces.scratch
     for m in range(len(points.hit)):
         i = points.hit[m]
         r = min(radius.pixels * float(points.footprint[m]), radius.bound)
         if r <= 0.0:
             continue
-        p, ng, ns = surface_point(surfaces.geometry, surfaces.prim[i], float(surfaces.u[i]), float(surfaces.v[i]))
+        p, ng, ns = surface_point(geometry, surfaces.prim[i], float(surfaces.u[i]), float(surfaces.v[i]))
         wo = load3(points.wo, m)
         row = surfaces.row[i]
-        prepare(rows, row, ns, ng, wo, laws.threshold, scratch)
-        if lobes == 1 and not keep_wide(rows, row, scratch):
-            continue
-        total = estimate(rows, row, (p, ns, ng, wo), scratch, photons, r)
-        beta = load3(points.beta, m)
-        add3(picture, points.pixel[m], (beta[0] * total[0], beta[1] * total[1], beta[2] * total[2]))
+        if is_lambert(rows, row) and geometry.normal_row[surfaces.prim[i]] < 0:
+            lit = ng if dot(wo, ng) >= 0.0 else scale(ng, -1.0)
+            flux = flux_on_plane(p, lit, photons, r)
+            total = scale(mul(load3(rows.params[row], 0), flux), 1.0 / math.pi)
+        else:
+            prepare(rows, row, ns, ng, wo, laws.threshold, scratch)
+            if lobes == 1 and not keep_wide(rows, row, scratch):
+                continue
+            total = estimate(rows, row, (p, ns, ng, wo), scratch, photons, r)
+        add3(picture, points.pixel[m], mul(load3(points.beta, m), total))
+
+
+@inlined
+def run_of_cells(photons, iy, iz, x0, count, part):
+    """Photons [first, last) of a row of cells from x0 on; a row that wraps round the table has a second part."""
+    size = len(photons.start) - 1
+    count = min(count, size)
+    b = (row_hash(iy, iz) + x0) & (size - 1)
+    if part == 0:
+        return photons.start[b], photons.start[min(b + count, size)]
+    return 0, photons.start[max(min(b + count - size, size), 0)]
+
+
+@inlined
+def in_row(q, cell, iy, iz, x0, x1):
+    """Whether a photon lies in the row of cells that is being read, not in another one with the same hash."""
+    return cell_index(q[1], cell) == iy and cell_index(q[2], cell) == iz and x0 <= cell_index(q[0], cell) <= x1
+
+
+@kernel
+def flux_on_plane(p, n, photons, r):
+    """Flux per area (rgb) on the side n of the plane through p: `estimate` of flat Lambert of albedo pi."""
+    cell = photons.cell
+    x0, x1 = cell_index(p[0] - r, cell), cell_index(p[0] + r, cell)
+    check = photons.clash or r > cell
+    red, green, blue = 0.0, 0.0, 0.0
+    r2 = r * r
+    for iz in range(cell_index(p[2] - r, cell), cell_index(p[2] + r, cell) + 1):
+        for iy in range(cell_index(p[1] - r, cell), cell_index(p[1] + r, cell) + 1):
+            for part in range(2):
+                first, last = run_of_cells(photons, iy, iz, x0, x1 - x0 + 1, part)
+                for j in range(first, last):
+                    q = load3(photons.position, j)
+                    dx, dy, dz = q[0] - p[0], q[1] - p[1], q[2] - p[2]
+                    d2 = dx * dx + dy * dy + dz * dz
+                    if d2 >= r2 or (check and not in_row(q, cell, iy, iz, x0, x1)):
+                        continue
+                    facet = unpack_octahedral(photons.normal[j])
+                    c = dot(facet, n)
+                    if c <= 0.0 or c * c < SAME_SURFACE * SAME_SURFACE * dot(facet, facet):
+                        continue
+                    w = 1.0 - d2 / r2
+                    red += w * photons.flux[j, 0]
+                    green += w * photons.flux[j, 1]
+                    blue += w * photons.flux[j, 2]
+    s = 2.0 / (math.pi * r2)
+    return (red * s, green * s, blue * s)
 
 
 @kernel
@@ -59,31 +111,28 @@ def estimate(rows, row, frame, scratch, photons, r):
     """Radiance from photons within r of a prepared surface point (p, ns, ng, wo)."""
     p, ns, ng, wo = frame
     cell = photons.cell
-    mask = len(photons.start) - 2
     x0, x1 = cell_index(p[0] - r, cell), cell_index(p[0] + r, cell)
+    check = photons.clash or r > cell
     red, green, blue = 0.0, 0.0, 0.0
     r2 = r * r
     for iz in range(cell_index(p[2] - r, cell), cell_index(p[2] + r, cell) + 1):
         for iy in range(cell_index(p[1] - r, cell), cell_index(p[1] + r, cell) + 1):
-            row_start = row_hash(iy, iz)
-            for ix in range(x0, x1 + 1):
-                b = (row_start + ix) & mask
-                for j in range(photons.start[b], photons.start[b + 1]):
+            for part in range(2):
+                first, last = run_of_cells(photons, iy, iz, x0, x1 - x0 + 1, part)
+                for j in range(first, last):
                     q = load3(photons.position, j)
                     dx, dy, dz = q[0] - p[0], q[1] - p[1], q[2] - p[2]
                     d2 = dx * dx + dy * dy + dz * dz
-                    if d2 >= r2:
+                    if d2 >= r2 or (check and not in_row(q, cell, iy, iz, x0, x1)):
                         continue
-                    if cell_index(q[0], cell) != ix or cell_index(q[1], cell) != iy or cell_index(q[2], cell) != iz:
-                        continue  # another cell with the same hash
                     facet = unpack_direction(photons.normal[j])
                     if abs(dot(facet, ng)) < SAME_SURFACE:
                         continue
                     wi = unpack_direction(photons.wi[j])
                     f, _ = eval_rough(rows, row, ns, ng, wo, wi, scratch)
-                    w = 2.0 * (1.0 - d2 / r2) * shading_ratio(dot(ns, wi), dot(facet, wi))
+                    w = (1.0 - d2 / r2) * shading_ratio(dot(ns, wi), dot(facet, wi))
                     red += w * f[0] * photons.flux[j, 0]
                     green += w * f[1] * photons.flux[j, 1]
                     blue += w * f[2] * photons.flux[j, 2]
-    s = 1.0 / (math.pi * r2)
+    s = 2.0 / (math.pi * r2)
     return (red * s, green * s, blue * s)

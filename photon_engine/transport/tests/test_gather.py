@@ -1,0 +1,85 @@
+"""The density estimate against sums over all photons, and on a plane of known irradiance."""
+
+import numpy as np
+import pytest
+
+from ...bsdf import recipes
+from ...bsdf.layout import pack
+from ...jit import kernel
+from ...photons.batch import Deposits
+from ...photons.map import build_map
+from ...photons.packing import pack_direction
+from ..gather_kernels import estimate, flux_on_plane
+
+ALBEDO = (0.7, 0.5, 0.2)
+UP = (0.0, 0.0, 1.0)
+
+
+@kernel
+def radiance(rows, p, n, wo, scratch, photons, r, out):
+    """estimate() at a Lambert point; scratch as prepare() leaves it."""
+    value = estimate(rows, 0, (p, n, n, wo), scratch, photons, r)
+    for c in range(3):
+        out[c] = value[c]
+
+
+@kernel
+def irradiance(p, n, photons, r, out):
+    """flux_on_plane()."""
+    value = flux_on_plane(p, n, photons, r)
+    for c in range(3):
+        out[c] = value[c]
+
+
+def photons_on_plane(n, seed=1, tilt=None):
+    """n photons on [-1, 1]^2 at z = 0, every fifth from below and on a facet that looks down."""
+    rng = np.random.default_rng(seed)
+    position = np.concatenate([rng.uniform(-1, 1, (n, 2)), np.zeros((n, 1))], axis=1).astype(np.float32)
+    below = np.arange(n) % 5 == 0
+    wi = rng.normal(size=(n, 3))
+    wi /= np.linalg.norm(wi, axis=1, keepdims=True)
+    wi[:, 2] = np.where(below, -1, 1) * np.abs(wi[:, 2])
+    packed = np.array([pack_direction(tuple(w)) for w in wi], np.uint32)
+    down, up = pack_direction((0.0, 0.0, -1.0)), pack_direction(UP)
+    normal = np.where(below, down, up).astype(np.uint32)
+    flux = rng.random((n, 3)).astype(np.float32)
+    return Deposits(position, flux, packed, normal, np.zeros(n, np.uint8)), below
+
+
+def naive_irradiance(deposits, use, p, r):
+    """sum of 2 (1 - d^2 / r^2) phi / (pi r^2) over the photons in use."""
+    d2 = ((deposits.position.astype(float) - p) ** 2).sum(axis=1)
+    weight = np.where(use & (d2 < r * r), 2.0 * (1.0 - d2 / r**2), 0.0)
+    return (weight[:, None] * deposits.flux).sum(axis=0) / (np.pi * r * r)
+
+
+@pytest.mark.parametrize("n", [1, 3, 40, 5000])
+@pytest.mark.parametrize("cells", [0.4, 1.0, 7.0, 60.0])
+def test_both_estimates_equal_the_sum_over_all_photons(n, cells):
+    """For tables so small that rows share buckets and radii of many cells: every photon counts once."""
+    deposits, below = photons_on_plane(n)
+    cell = 0.05
+    photons = build_map(deposits, cell)
+    rows = pack(recipes.diffuse(np.array([ALBEDO], np.float32), np.zeros(1, np.float32), None), 1, 1)
+    scratch = np.zeros((1, 8))
+    scratch[0, :3], scratch[0, 3], scratch[0, 4] = ALBEDO, 0.5, 2.0
+    out = np.zeros(3)
+    for p in ((0.0, 0.0, 0.0), (0.313, -0.77, 0.0), (-0.95, 0.95, 0.0)):
+        for sign in (1.0, -1.0):
+            expected = naive_irradiance(deposits, ~below if sign > 0 else below, p, cells * cell)
+            irradiance(p, (0.0, 0.0, sign), photons, cells * cell, out)
+            assert np.allclose(out, expected, rtol=1e-6, atol=1e-12)
+            radiance(rows, p, (0.0, 0.0, 1.0), (0.0, 0.6, 0.8 * sign), scratch, photons, cells * cell, out)
+            assert np.allclose(out, expected * np.array(ALBEDO) / np.pi, rtol=1e-5, atol=1e-12)
+
+
+def test_uniform_plane_has_its_irradiance():
+    """Mean over 400 points of E = flux / area; noise of 20000 photons within r = 0.2: 1.5%, of the mean less."""
+    deposits, below = photons_on_plane(20_000, seed=3)
+    photons = build_map(deposits, 0.2)
+    rng = np.random.default_rng(4)
+    out, total = np.zeros(3), np.zeros(3)
+    for x, y in rng.uniform(-0.8, 0.8, (400, 2)):
+        irradiance((x, y, 0.0), UP, photons, 0.2, out)
+        total += out / 400
+    assert np.allclose(total, deposits.flux[~below].sum(axis=0) / 4.0, rtol=0.02)
