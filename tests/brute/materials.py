@@ -111,7 +111,8 @@ def image_rows(images):
     """Pixels of all images as one list (N, 3), as they are stored, and (first, width, height, is sRGB) of each."""
     pixels, info, first = [np.zeros((1, 3))], [(0, 1, 1, 0)], 1
     for image in images:
-        rgb = np.asarray(image.pixels if image.pixels is not None else np.ones((1, 1, 4)), float)[:, :, :3]
+        pixels_in = np.ones((1, 1, 4)) if image.pixels is None else image.pixels
+        rgb = pixels_in[:, :, :3] / (255.0 if pixels_in.dtype == np.uint8 else 1.0)
         info.append((first, rgb.shape[1], rgb.shape[0], int(image.encoded)))
         pixels.append(rgb.reshape(-1, 3))
         first += len(pixels[-1])
