@@ -25,7 +25,6 @@ KNOWN = {
     "shadowless": "photons of a lamp without shadows stop at surfaces, which the engine reports",
     "no_material": "Blender 5 shades a mesh without material as a default Principled (4.5, and we, as grey diffuse)",
     "textured_glow": "a textured emissive mesh lights its surroundings in one colour",
-    "hidden_and_holdout": "a holdout object is a hole for the camera only; here it reflects no light either",
     "curve_and_text": "side faces of a text whose normals lean by 45 degrees: Cycles lets the lamp reach them",
 }
 PARAMETERS = [

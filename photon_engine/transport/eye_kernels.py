@@ -61,8 +61,8 @@ class EyeRules(NamedTuple):
     """What the camera sees of the world behind things."""
 
     transparent: bool  # the world is not drawn where nothing else is
-    background_depth: float
     visible: np.ndarray  # (instances,) bool, seen by camera rays
+    holdout: np.ndarray  # (instances,) bool, a hole in the picture where the camera sees it straight
     forward: np.ndarray  # (3,) f64, view axis
     eye: np.ndarray  # (3,) f64, the camera's position, recentred [m]
 
@@ -254,7 +254,8 @@ def _decide(laws, rules, surfaces, paths, i, frame, bounce, tile):
     rows, row, scratch = surfaces.rows, surfaces.row[i], surfaces.scratch
     pixel = paths.pixel[i]
     beta = load3(paths.beta, i)
-    if rows.kind[row, 0] == HOLDOUT:
+    hole = paths.bare[i] and rules.holdout[surfaces.geometry.instance[surfaces.prim[i]]]
+    if hole or rows.kind[row, 0] == HOLDOUT:
         tile.alpha[pixel, 0] -= (beta[0] + beta[1] + beta[2]) / 3.0
         return CLASS_ROUGH, 0.0, 0.0
     p_null, p_sharp, p_rough = prepare(rows, row, ns, ng, wo, laws.threshold, scratch)

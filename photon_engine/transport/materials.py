@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..bsdf.layout import DIFFUSE, HOLDOUT, N_FIELDS, LobeRows, pack
+from ..bsdf.layout import DIFFUSE, N_FIELDS, LobeRows, pack
 from ..geometry.flatten import Flattened
 from ..geometry.intersect import Hits
 from ..geometry.surface import surface_points
@@ -21,7 +21,7 @@ DEFAULT_GREY = 0.8  # what Blender shows for a slot without a material
 
 
 class MaterialTable:
-    """The programs of a scene's materials; rows M and M + 1 are the default material and the holdout."""
+    """The programs of a scene's materials; row M is the default material."""
 
     def __init__(self, scene: SceneData, flat: Flattened, threshold: float, issues: IssueLog) -> None:
         self.scene = scene
@@ -30,16 +30,15 @@ class MaterialTable:
         count = len(self.programs)
         self.slots = max([1] + [program.slots for program in self.programs])
         self.fixed = LobeRows(
-            np.zeros((count + 2, self.slots), np.int32), np.zeros((count + 2, self.slots, N_FIELDS), np.float32)
+            np.zeros((count + 1, self.slots), np.int32), np.zeros((count + 1, self.slots, N_FIELDS), np.float32)
         )
         self.fixed.kind[count, 0] = DIFFUSE
         self.fixed.params[count, 0, :3] = DEFAULT_GREY
-        self.fixed.kind[count + 1, 0] = HOLDOUT
         for m, program in enumerate(self.programs):
             if program.constant:
                 rows = pack(program.lobes(probe_points(1)), 1, self.slots)
                 self.fixed.kind[m], self.fixed.params[m] = rows.kind[0], rows.params[0]
-        used = np.zeros(count + 2, bool)
+        used = np.zeros(count + 1, bool)
         used[np.unique(flat.geometry.material)] = True
         self.used = used
         self.varying = [m for m, program in enumerate(self.programs) if used[m] and not program.constant]
@@ -50,8 +49,8 @@ class MaterialTable:
         self.emits = self._flags(lambda program: program.emits, False)
 
     def _flags(self, ask, default: bool) -> np.ndarray:
-        """(M + 2,) bool: the answer of each used program, then of the default material and the holdout."""
-        answers = [bool(ask(program)) for program in self.programs] + [default, False]
+        """(M + 1,) bool: the answer of each used program, then of the default material."""
+        answers = [bool(ask(program)) for program in self.programs] + [default]
         return np.array(answers, bool) & self.used
 
     def shade(self, hits: Hits, d: np.ndarray, **path) -> tuple[LobeRows, np.ndarray]:

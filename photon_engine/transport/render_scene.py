@@ -30,7 +30,6 @@ class RenderScene:
         stage("Preparing geometry")
         self.frame = scene.frame
         self.flat = flatten(scene, issues)
-        self._hide_holdouts(scene)
         stage("Building the ray tree")
         self.intersector = Intersector(self.flat.geometry)
         stage("Compiling materials")
@@ -51,10 +50,11 @@ class RenderScene:
         self.laws = Laws(settings.specular_threshold, self.flat.radius, settings.diffuse_bounces)
         visible = np.array([item.visible_camera for item in scene.instances] + [True], bool)
         self.casts_shadow = np.array([item.visible_shadow for item in scene.instances] + [True], bool)
+        holdout = np.array([item.holdout for item in scene.instances] + [False], bool)
         forward = -scene.camera.matrix[:3, 2] / np.linalg.norm(scene.camera.matrix[:3, 2])
         eye = scene.camera.matrix[:3, 3] - self.flat.origin
         self.rules = EyeRules(
-            scene.frame.transparent, BACKGROUND_DEPTH, visible, np.ascontiguousarray(forward, np.float64), eye
+            scene.frame.transparent, visible, holdout, np.ascontiguousarray(forward, np.float64), eye
         )
         self.see_through_shadows = bool(self.materials.has_null.any() or not self.casts_shadow.all())
 
@@ -64,13 +64,6 @@ class RenderScene:
         rows, row = self.materials.shade(hits, d, **path)
         scratch = np.empty((rows.kind.shape[1], 8))
         return Surfaces(self.flat.geometry, rows, row, hits.prim, hits.u, hits.v, hits.t, scratch)
-
-    def _hide_holdouts(self, scene: SceneData) -> None:
-        """Holdout objects take the holdout material."""
-        holdout = np.array([item.holdout for item in scene.instances], bool)
-        if holdout.any():
-            hidden = holdout[self.flat.geometry.instance]
-            self.flat.geometry.material[hidden] = len(scene.materials) + 1
 
     def _emitters(self, scene: SceneData) -> Emitters:
         """Triangles whose material radiates, with their mean radiance."""
