@@ -225,7 +225,7 @@ def test_flux_balance(picture):
     for axis in np.vstack([np.eye(3), -np.eye(3)]):
         view = s.camera(0.99 * axis, axis, 1.0, kind="ORTHO")
         got = picture(
-            s.build(parts, [lamp], view, picture=s.frame(64)), 64, 200_000, passes=4, caustic_radius=0.5,
+            s.build(parts, [lamp], view, picture=s.frame(64)), 16, 100_000, passes=4, caustic_radius=0.5,
             diffuse_radius=0.5,
         ).value("Direct+Caustic+Diffuse")
         absorbed += got.mean * np.pi / albedo * (1 - albedo) * 4

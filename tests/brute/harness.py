@@ -7,6 +7,7 @@ import numpy as np
 from photon_engine.issues import IssueLog
 from photon_engine.settings import Settings
 
+from .compiled import compile_scene
 from .light_tracer import trace_light
 from .path_tracer import CLASSES, render
 
@@ -63,6 +64,7 @@ def engine(scene, passes=8, first=0, **settings):
 
 def eye_reference(scene, spp, batches=8, first_seed=1, **options):
     """Batches of the reference path tracer, spp samples a pixel in all."""
+    options["compiled"] = options.get("compiled") or compile_scene(scene)
     pictures = [render(scene, max(1, spp // batches), seed=first_seed + i, **options) for i in range(batches)]
     return Batches({name: np.array([p[name][0] for p in pictures]) for name in CLASSES})
 
@@ -75,10 +77,11 @@ def reference(scene, spp, photons, batches=8, first_seed=1, **options):
     """
     if photons == 0:
         return eye_reference(scene, spp, batches, first_seed, **options)
+    compiled = options["compiled"] = compile_scene(scene)
     plain = eye_reference(scene, spp // 2, batches, first_seed, start="not sharp", **options)
     mirrored = eye_reference(scene, spp // 2, batches, first_seed + (1 << 20), start="sharp", **options)
     seeds = range(first_seed, first_seed + batches)
-    light = [trace_light(scene, photons // batches, seed=seed, batches=1) for seed in seeds]
+    light = [trace_light(scene, photons // batches, seed=seed, batches=1, compiled=compiled) for seed in seeds]
     out = Batches({name: plain[name] + mirrored[name] for name in CLASSES})
     for name in ("Caustic", "Diffuse"):
         out[name] = np.array([p[name][0] for p in light]) + mirrored[name]

@@ -129,13 +129,13 @@ def trace_batch(sc, view, photons, seed, max_bounces, out):
     out /= photons
 
 
-def trace_light(scene, photons, seed=0, max_bounces=1024, batches=16):
+def trace_light(scene, photons, seed=0, max_bounces=1024, batches=16, compiled=None):
     """{class: (mean, standard error)} of light on rough surfaces that the eye sees directly, arrays (h, w, 3).
 
     What is seen in mirrors or through glass is missing: `render(start="sharp")` has it. The error is that of the
     mean over `batches`; neighbouring pixels share photons where their filters overlap.
     """
-    sc, view = compile_scene(scene), make_view(scene)
+    sc, view = compiled or compile_scene(scene), make_view(scene)
     x0, y0, x1, y1 = view.border
     total, squares = np.zeros((2, y1 - y0, x1 - x0, len(CLASSES), 3))
     for batch in range(batches):

@@ -213,14 +213,15 @@ def mean_and_error(total, squares, n):
 START = {"all": 0, "not sharp": 1, "sharp": 2}
 
 
-def render(scene, spp, seed=0, max_bounces=1024, shadow_rays=True, start="all"):
+def render(scene, spp, seed=0, max_bounces=1024, shadow_rays=True, start="all", compiled=None):
     """{class: (mean, standard error)} of a scene, arrays (h, w, 3), bottom row first [W/m^2/sr].
 
     shadow_rays : sample lights behind rough vertices (same mean, less noise); False meets them by chance.
     start : "sharp" keeps only paths whose first vertex after the eye is sharp, "not sharp" the others.
+    compiled : `compile_scene(scene)` when it is at hand.
     Filtering by sampling offsets from the filter, so pixels are independent. Exposure is not applied.
     """
-    sc, view = compile_scene(scene), make_view(scene)
+    sc, view = compiled or compile_scene(scene), make_view(scene)
     x0, y0, x1, y1 = view.border
     total, squares = np.zeros((2, y1 - y0, x1 - x0, len(CLASSES), 3))
     trace_rows(sc, view, (0, y1 - y0), spp, seed, (shadow_rays, START[start], max_bounces), total, squares)
