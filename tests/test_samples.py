@@ -77,7 +77,7 @@ def test_sample_agrees_with_its_reference(name):
     """16x16-block means within 1% outside noise; references of all kinds that exist."""
     open_for(name)
     reference = images.read_reference(references.path_of(name))
-    picture = ours.render_current(max_passes=48)
+    picture = ours.render_current(max_passes=24)
     report = ours.judge(picture, reference)
     print(f"{name}: {picture.passes} passes, {picture.seconds:.1f} s; {report}")
     if not report.agrees:

@@ -100,9 +100,12 @@ def empty_points(n: int) -> VisiblePoints:
 
 @kernel
 def camera_rays(camera, key, region, first, paths):
-    """Eye paths of pixels first, first + 1, ... of the region (x0, y0, width, full width of the frame), row by row."""
+    """Eye paths of pixels first, first + stride, ... of a region, row by row.
+
+    region : (x0, y0, width, full width of the frame, stride) [px]
+    """
     for i in range(len(paths.key)):
-        index = first + i
+        index = first + i * region[4]
         x = region[0] + index % region[2]
         y = region[1] + index // region[2]
         k = path_key(key, y * region[3] + x)

@@ -57,9 +57,9 @@ def render_tiles(
     return sum(pool.map(partial(_render_tile, scene, run, maps, picture, cancelled), starts))
 
 
-def region_of(frame) -> np.ndarray:
-    """The region as camera_rays takes it."""
-    return np.array([frame.x0, frame.y0, frame.x1 - frame.x0, frame.width], np.int64)
+def region_of(frame, stride: int = 1) -> np.ndarray:
+    """The region as camera_rays takes it; stride: of the pixels that are drawn."""
+    return np.array([frame.x0, frame.y0, frame.x1 - frame.x0, frame.width, stride], np.int64)
 
 
 def _render_tile(scene: RenderScene, run: EyeRun, maps: Maps, picture: Tile, cancelled, first: int) -> int:

@@ -27,7 +27,7 @@ from .photon_pass import run_for, trace_photons
 from .pilot import Pilot, run_pilot
 from .render_scene import RenderScene
 
-NO_RADIUS = Radius(0.0, 0.0)
+MOST_CELLS = 4.0  # a query reads up to (2 x 4 + 1)^2 rows; a plane that runs to the horizon asked for millions
 PASS_NAMES = ("Direct", "Caustic", "Diffuse", "Emission", "Environment", "Alpha", "Depth", "Normal", "Albedo")
 
 
@@ -56,8 +56,8 @@ class Renderer:
     def render_pass(self, i: int, cancelled: Callable[[], bool]) -> dict[str, np.ndarray] | None:
         """Pass i = 0, 1, ...: float32 pictures (h, w, channels), bottom row first; None when cancelled."""
         factor = radius_factor(i + 1, self.settings.alpha)
-        caustic_radius = Radius(self.settings.caustic_radius * factor, self.pilot.caustic_bound * factor)
-        diffuse_radius = Radius(self.settings.diffuse_radius * factor, self.pilot.diffuse_bound * factor)
+        caustic_radius = self._radius(self.settings.caustic_radius * factor, self.pilot.caustic_bound * factor)
+        diffuse_radius = self._radius(self.settings.diffuse_radius * factor, self.pilot.diffuse_bound * factor)
         maps = self._maps(i, caustic_radius, diffuse_radius, cancelled)
         if cancelled():
             return None
@@ -115,6 +115,17 @@ class Renderer:
         self.statistics["map_bytes"] = sum(m.nbytes() for m in (caustic, diffuse, first) if m is not None)
         return Maps(caustic, diffuse, first, caustic_radius, diffuse_radius)
 
+    def _radius(self, pixels: float, bound: float) -> Radius:
+        """The radius of a pass; toward the horizon a pixel may not reach over more than MOST_CELLS of the map."""
+        return Radius(pixels, min(bound, MOST_CELLS * self._cell(Radius(pixels, bound))))
+
+    def _cell(self, radius: Radius) -> float:
+        """Edge of the map's cells [m]: the radius of most queries."""
+        reach = radius.bound
+        if self.pilot.footprint > 0.0:
+            reach = min(reach, radius.pixels * self.pilot.footprint)
+        return max(reach, 1e-6 * self.scene.flat.radius)
+
     def _trace(self, i: int, mode: int, cancelled: Callable[[], bool]) -> Deposits:
         """Deposits of pass i in a mode, counted in the statistics."""
         start = time.perf_counter()
@@ -133,10 +144,7 @@ class Renderer:
         if len(deposits.wi) == 0:
             return None
         start = time.perf_counter()
-        reach = radius.bound
-        if self.pilot.footprint > 0.0:
-            reach = min(reach, radius.pixels * self.pilot.footprint)
-        built = build_map(deposits, max(reach, 1e-6 * self.scene.flat.radius))
+        built = build_map(deposits, self._cell(radius))
         self._count("build", start)
         return built
 
