@@ -30,7 +30,7 @@ PASSES = int(os.environ.get("PHOTON_MAP_AGREEMENT_PASSES", "96"))  # for each sc
 MORE = {"emissive_ball": {"light_samples": 32}, "emissive_panel": {"light_samples": 16}}
 # differences that are understood or at least known; a fix makes the strict xfail fail, and the entry goes
 KNOWN = {
-    "clevr_objects": "up to 7% at the left and right edges, of unequal colours: one of its four lamps; not understood yet",
+    "clevr_objects": "up to 7% at the left and right edges, of unequal colours: one of its four lamps",
     "blenderdiplom_glass": "a delta lamp: Cycles finds none of its caustics, which are most of the picture",
     "shadowless": "photons of a lamp without shadows stop at surfaces, which the engine reports",
     "no_material": "Blender 5 shades a mesh without material as a default Principled (4.5, and we, as grey diffuse)",
