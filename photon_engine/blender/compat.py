@@ -11,6 +11,8 @@ ALWAYS_NODES = bpy.app.version >= (5, 0, 0)
 
 # since 5.0 groups, reroutes and muted nodes vanish before Cycles sees a tree, so their sockets convert nothing
 INLINED_TREES = ALWAYS_NODES
+# since 5.0 Cycles shades an empty material slot as a Principled BSDF with its default values, before as grey Lambert
+DEFAULT_PRINCIPLED = ALWAYS_NODES
 # since 5.0 Cycles multiplies an image by its alpha as the image's mode says, before as its file format stores it
 ALPHA_BY_MODE = ALWAYS_NODES
 

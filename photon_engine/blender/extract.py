@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from ..issues import IssueLog
-from ..scene.data import Graph, Instance, Material, Mesh, SceneData
+from ..scene.data import Graph, Instance, Material, Mesh, Node, SceneData, Socket
 from .cameras import extract_camera, extract_frame
+from .compat import DEFAULT_PRINCIPLED
 from .images import ImageTable
 from .instances import Occurrence, make_instance, slot_materials, visible_occurrences
 from .lights import extract_light
@@ -14,6 +15,8 @@ from .meshes import MeshNeeds, extract_mesh
 from .needs import merge_needs, needs_of
 from .node_trees import light_graph, material_graph, world_graph
 from .world import extract_world
+
+NO_MATERIAL = 0  # no data-block has this address
 
 
 def extract_scene(depsgraph: Any, issues: IssueLog, *, view_layer: Any = None, camera: Any = None) -> SceneData:
@@ -70,7 +73,7 @@ class _Extraction:
 
     def _add_mesh(self, item: Occurrence) -> None:
         block = item.object.data
-        slots = slot_materials(item.object, self.layer.material_override)
+        slots = slot_materials(item.object, self.layer.material_override) or [None]
         materials = [self._material(material) for material in slots]
         # instances of one mesh share it whatever their materials; the mesh must serve the needs of all of them
         index = self._meshes.setdefault(block.as_pointer(), len(self._sources))
@@ -82,15 +85,24 @@ class _Extraction:
             self.data.instances.append(instance)
 
     def _material(self, material: Any | None) -> int:
-        """Index of a material's graph; -1 for an empty slot."""
+        """Index of a material's graph; for an empty slot that of Blender's default, -1 when it is grey Lambert."""
         if material is None:
-            return -1
+            return self._default_material() if DEFAULT_PRINCIPLED else -1
         key = material.as_pointer()
         if key not in self._materials:
             graph = material_graph(material, self.images, self.issues)
             self._materials[key] = len(self.data.materials)
             self.data.materials.append(Material(material.name, graph))
         return self._materials[key]
+
+    def _default_material(self) -> int:
+        """Index of a Principled BSDF with default values."""
+        if NO_MATERIAL not in self._materials:
+            self._materials[NO_MATERIAL] = len(self.data.materials)
+            node = Node("ShaderNodeBsdfPrincipled", "Principled BSDF", output_kinds={"BSDF": "SHADER"})
+            graph = Graph([node], Socket(node=0, output="BSDF", kind="SHADER"))
+            self.data.materials.append(Material("(no material)", graph))
+        return self._materials[NO_MATERIAL]
 
     def read_meshes(self) -> None:
         """Read every mesh that an instance shows, and drop those without faces together with their instances."""
