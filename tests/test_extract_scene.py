@@ -8,6 +8,7 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
+from photon_engine.blender.compat import DEFAULT_PRINCIPLED
 from photon_engine.blender.extract import extract_scene
 from photon_engine.issues import IssueLog, RenderError
 from photon_engine.scene.io import load_scene, save_scene
@@ -97,10 +98,9 @@ def test_geometry_nodes_instances_with_their_own_material():
     data = extract()
     assert len(data.instances) == 9 and len(data.meshes) == 2
     base, *others = sorted(data.instances, key=lambda i: i.mesh)
-    assert [data.materials[m].name for m in others[0].materials if m >= 0] == ["Red"]
     slots = data.meshes[others[0].mesh].material_index
     assert all(data.materials[others[0].materials[slot]].name == "Red" for slot in slots)
-    assert base.materials == [-1]
+    assert all(data.materials[m].name == "(no material)" if DEFAULT_PRINCIPLED else m == -1 for m in base.materials)
 
 
 def test_slots_of_object_and_data_and_indices_beyond_them():
