@@ -8,6 +8,7 @@ SHELL := bash
 SCENE ?= sample_blends/cornell_caustics.blend
 OUT ?= out/$(basename $(notdir $(SCENE))).exr
 ARGS ?=
+JOBS ?= 2
 
 export PYTHON
 ENTER = python="$$(scripts/setup.sh)"; export PYTHONPATH="$(CURDIR)"; cd "$(CURDIR)"
@@ -32,7 +33,7 @@ render:
 
 test:
 	@$(ENTER)
-	"$$python" -m pytest $(ARGS)
+	"$$python" -m pytest -n $(JOBS) --dist worksteal $(ARGS)
 
 lint:
 	@$(ENTER)
