@@ -16,7 +16,7 @@ import numpy as np
 
 from ..issues import RenderError
 from .output import OutputError, check_writable
-from .passes import BACKGROUND_DEPTH, BY_NAME, LIGHT_NAMES, RAW
+from .passes import BACKGROUND_DEPTH, BIASES, BY_NAME, LIGHT_NAMES, MEASURED, RAW
 
 FORMAT = 1
 
@@ -25,7 +25,7 @@ class Film:
     """Sums over passes of one picture, bottom row first.
 
     height, width : of the pictures [px];  seed : of the passes added;  exposure : multiplies light when read, not
-    in the sums;  moments : keep sums of squares of the light passes and Combined, for error bars (doubles the memory).
+    in the sums;  moments : keep what error bars need: estimates of the bias, and sums of squares (doubles the memory).
     """
 
     def __init__(self, height: int, width: int, seed: int = 0, exposure: float = 1.0, moments: bool = True) -> None:
@@ -35,8 +35,9 @@ class Film:
         self.exposure = exposure
         self.moments = moments
         self.blocks: list[tuple[int, int, int]] = []  # (seed, first pass, end) of what is in, sorted, disjoint
-        self.sums = {name: np.zeros((height, width, c)) for name, c in RAW.items() if name != "Depth"}
-        self.squares = {name: np.zeros((height, width, 3)) for name in (*LIGHT_NAMES, "Combined")} if moments else {}
+        left_out = {"Depth"} if moments else {"Depth", *BIASES.values()}
+        self.sums = {name: np.zeros((height, width, c)) for name, c in RAW.items() if name not in left_out}
+        self.squares = {name: np.zeros((height, width, 3)) for name in MEASURED} if moments else {}
         self.depth = np.full((height, width, 1), np.float32(BACKGROUND_DEPTH))
         self.depth_block = (2**63, 2**63)  # (pass, seed) that the depth is of: the lowest wins, whatever the order
         self.meta: dict = {}  # what rendered it (settings, scene name), saved along
@@ -63,13 +64,11 @@ class Film:
             self._check(name, channels, image[name])
         for name, total in self.sums.items():
             total += image[name]
-        if self.moments:
-            combined = np.zeros((self.height, self.width, 3))
-            for name in LIGHT_NAMES:
-                value = image[name].astype(np.float64)
-                combined += value
-                self.squares[name] += value * value
-            self.squares["Combined"] += combined * combined
+        for name, square in self.squares.items():
+            value = image[MEASURED[name][0]].astype(np.float64)
+            for part in MEASURED[name][1:]:
+                value += image[part]
+            square += value * value
         if (index, self.seed) < self.depth_block:
             self.depth_block = (index, self.seed)
             self.depth = np.minimum(image["Depth"], np.float32(BACKGROUND_DEPTH))
@@ -124,17 +123,25 @@ class Film:
         factor = self.exposure if name in BY_NAME and BY_NAME[name].is_light else 1.0
         return (self.sums[name] * (factor / n)).astype(np.float32)
 
-    def variance(self, name: str) -> np.ndarray:
-        """Variance of one pass of the loop, unbiased: (h, w, 3) f64, of a light pass or Combined, exposure applied.
+    def mean(self, name: str) -> np.ndarray:
+        """The mean of one of passes.MEASURED: (h, w, 3) f64, exposure applied; zero before the first pass."""
+        return self._total(name) * (self.exposure / max(self.count, 1))
 
-        The squared standard error of the picture is this over `count`. NaN with fewer than two passes: not known.
+    def variance(self, name: str) -> np.ndarray:
+        """Variance of one pass of the loop, unbiased: (h, w, 3) f64, of one of passes.MEASURED, exposure applied.
+
+        The squared standard error of the mean is this over `count`. NaN with fewer than two passes: not known.
         """
         n = self.count
-        total = self.sums[name] if name != "Combined" else sum(self.sums[light] for light in LIGHT_NAMES)
         if n < 2:
             return np.full((self.height, self.width, 3), np.nan)
+        total = self._total(name)
         m2 = np.maximum(self.squares[name] - total * total / n, 0.0)  # below 0 only by rounding, see the module
         return m2 / (n - 1) * self.exposure**2
+
+    def _total(self, name: str) -> np.ndarray:
+        """The sum over passes of one of passes.MEASURED."""
+        return sum(self.sums[part] for part in MEASURED[name])
 
     def save(self, path: str | Path) -> None:
         """Write the sums, so that the render can go on or be merged."""

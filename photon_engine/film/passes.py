@@ -42,6 +42,16 @@ GUIDE_NAMES = tuple(item.name for item in GUIDE_PASSES)
 # what the transport hands over for each pass of the progressive loop: name -> channels
 RAW = {item.name: item.channels for item in (*LIGHT_PASSES, *GUIDE_PASSES)} | {"Alpha": 1}
 
+# light pass -> raw picture whose mean over passes estimates that pass's bias (transport/gather_kernels.gather)
+BIASES = {"Caustic": "CausticBias", "Diffuse": "DiffuseBias"}
+RAW |= dict.fromkeys(BIASES.values(), 3)
+
+# what has a second moment: name -> the raw pictures that it is the sum of
+MEASURED = (
+    {name: (name,) for name in LIGHT_NAMES} | {"Combined": LIGHT_NAMES}
+    | {name: (name,) for name in BIASES.values()} | {"CombinedBias": tuple(BIASES.values())}
+)  # fmt: skip
+
 
 def in_full_frame(picture: np.ndarray, frame) -> np.ndarray:
     """The picture as it is written: a border that does not crop lies in a black full frame, as Blender does it.

@@ -55,6 +55,8 @@ class Tile(NamedTuple):
     depth: np.ndarray
     normal: np.ndarray
     albedo: np.ndarray
+    caustic_bias: np.ndarray  # see gather_kernels.gather
+    diffuse_bias: np.ndarray
 
 
 class EyeRules(NamedTuple):
@@ -81,8 +83,7 @@ def empty_tile(n: int) -> Tile:
         *rgb,
         np.ones((n, 1), np.float32),
         np.zeros((n, 1), np.float32),
-        np.zeros((n, 3), np.float32),
-        np.zeros((n, 3), np.float32),
+        *(np.zeros((n, 3), np.float32) for _ in range(4)),
     )
 
 

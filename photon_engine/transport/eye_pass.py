@@ -93,10 +93,12 @@ def _light_points(
     for j in range(run.light_samples):
         rays += _shadow_rays(scene, run, surfaces, points, j, tile)
     if maps.caustic is not None:
-        gather(scene.laws, surfaces, points, maps.caustic, maps.caustic_radius, 0, tile.caustic)
+        gather(scene.laws, surfaces, points, maps.caustic, maps.caustic_radius, 0, tile.caustic, tile.caustic_bias)
     if maps.diffuse is not None and not run.gather_all:
         lobes = 1 if run.gather_narrow else 0
-        gather(scene.laws, surfaces, points, maps.diffuse, maps.diffuse_radius, lobes, tile.diffuse)
+        gather(
+            scene.laws, surfaces, points, maps.diffuse, maps.diffuse_radius, lobes, tile.diffuse, tile.diffuse_bias
+        )
     if run.lobe_rays:
         rays += _second_rays(scene, run, maps, surfaces, points, tile)
     return rays
@@ -146,6 +148,7 @@ def _second_rays(
         if landed:
             for photons in (maps.first, maps.diffuse):
                 if photons is not None:
-                    gather(scene.laws, there, head(landings, landed), photons, maps.diffuse_radius, 0, tile.diffuse)
+                    seen = head(landings, landed)
+                    gather(scene.laws, there, seen, photons, maps.diffuse_radius, 0, tile.diffuse, tile.diffuse_bias)
         paths = head(paths, count)
     return traced

@@ -27,14 +27,20 @@ class Radius(NamedTuple):
 
 
 @kernel
-def gather(laws, surfaces, points, photons, radius, lobes, picture):
-    """Add reflected radiance at visible points to the picture (n, 3).
+def gather(laws, surfaces, points, photons, radius, lobes, picture, bias):
+    """Add reflected radiance at visible points to the picture (n, 3), and what its radius smears to bias (n, 3).
 
         L(p, wo) = sum_j f(p, wo, wi_j) phi_j K(d_j / r) / (pi r^2),  K(x) = 2 (1 - x^2)
         [Jensen 2001, 7.2, with Epanechnikov's kernel]
 
     No cosine: a photon's flux per area holds it. A photon falls on its facet while f is relative to the shading
     normal, hence |ns.wi| / |ng.wi|, ng being the photon's own facet [Veach 1997, 5.3]. Biased by O(r^2).
+
+    The bias is estimated from the same photons as the difference to a kernel without second moment, of bias O(r^4):
+
+        K_4(x) = 2 (1 - x^2) (3 - 6 x^2),  E[K - K_4] = r^2 / 12 laplace(L) + O(r^4)  [Wand and Jones 1995, 2.8]
+
+    Its mean over passes estimates the bias of the picture's mean whatever the radii were.
     lobes : 0 all rough ones, 1 the wide ones only.
     """
     rows, geometry = surfaces.rows, surfaces.geometry
@@ -49,14 +55,17 @@ def gather(laws, surfaces, points, photons, radius, lobes, picture):
         row = surfaces.row[i]
         if is_lambert(rows, row) and geometry.normal_row[surfaces.prim[i]] < 0:
             lit = ng if dot(wo, ng) >= 0.0 else scale(ng, -1.0)
-            flux = flux_on_plane(p, lit, photons, r)
-            total = scale(mul(load3(rows.params[row], 0), flux), 1.0 / math.pi)
+            flux, smear = flux_on_plane(p, lit, photons, r)
+            albedo = scale(load3(rows.params[row], 0), 1.0 / math.pi)
+            total, smear = mul(albedo, flux), mul(albedo, smear)
         else:
             prepare(rows, row, ns, ng, wo, laws.threshold, scratch)
             if lobes == 1 and not keep_wide(rows, row, scratch):
                 continue
-            total = estimate(rows, row, (p, ns, ng, wo), scratch, photons, r)
-        add3(picture, points.pixel[m], mul(load3(points.beta, m), total))
+            total, smear = estimate(rows, row, (p, ns, ng, wo), scratch, photons, r)
+        beta = load3(points.beta, m)
+        add3(picture, points.pixel[m], mul(beta, total))
+        add3(bias, points.pixel[m], mul(beta, smear))
 
 
 @inlined
@@ -76,13 +85,23 @@ def in_row(q, cell, iy, iz, x0, x1):
     return cell_index(q[1], cell) == iy and cell_index(q[2], cell) == iz and x0 <= cell_index(q[0], cell) <= x1
 
 
+@inlined
+def with_bias(total, moment, r2):
+    """The estimate with K, and its difference to that with K_4; from sums of (1 - x^2) phi and x^2 (1 - x^2) phi."""
+    s = 2.0 / (math.pi * r2)
+    estimated = scale(total, s)
+    smear = (6.0 * moment[0] - 2.0 * total[0], 6.0 * moment[1] - 2.0 * total[1], 6.0 * moment[2] - 2.0 * total[2])
+    return estimated, scale(smear, s)
+
+
 @kernel
 def flux_on_plane(p, n, photons, r):
-    """Flux per area (rgb) on the side n of the plane through p: `estimate` of flat Lambert of albedo pi."""
+    """Flux per area (rgb) on the side n of the plane through p, and its bias: `estimate` of Lambert of albedo pi."""
     cell = photons.cell
     x0, x1 = cell_index(p[0] - r, cell), cell_index(p[0] + r, cell)
     check = photons.clash or r > cell
     red, green, blue = 0.0, 0.0, 0.0
+    red2, green2, blue2 = 0.0, 0.0, 0.0
     r2 = r * r
     for iz in range(cell_index(p[2] - r, cell), cell_index(p[2] + r, cell) + 1):
         for iy in range(cell_index(p[1] - r, cell), cell_index(p[1] + r, cell) + 1):
@@ -98,22 +117,22 @@ def flux_on_plane(p, n, photons, r):
                     c = dot(facet, n)
                     if c <= 0.0 or c * c < SAME_SURFACE * SAME_SURFACE * dot(facet, facet):
                         continue
-                    w = 1.0 - d2 / r2
-                    red += w * photons.flux[j, 0]
-                    green += w * photons.flux[j, 1]
-                    blue += w * photons.flux[j, 2]
-    s = 2.0 / (math.pi * r2)
-    return (red * s, green * s, blue * s)
+                    x2 = d2 / r2
+                    flux = scale(load3(photons.flux, j), 1.0 - x2)
+                    red, green, blue = red + flux[0], green + flux[1], blue + flux[2]
+                    red2, green2, blue2 = red2 + x2 * flux[0], green2 + x2 * flux[1], blue2 + x2 * flux[2]
+    return with_bias((red, green, blue), (red2, green2, blue2), r2)
 
 
 @kernel
 def estimate(rows, row, frame, scratch, photons, r):
-    """Radiance from photons within r of a prepared surface point (p, ns, ng, wo)."""
+    """Radiance (rgb) from photons within r of a prepared surface point (p, ns, ng, wo), and its bias."""
     p, ns, ng, wo = frame
     cell = photons.cell
     x0, x1 = cell_index(p[0] - r, cell), cell_index(p[0] + r, cell)
     check = photons.clash or r > cell
     red, green, blue = 0.0, 0.0, 0.0
+    red2, green2, blue2 = 0.0, 0.0, 0.0
     r2 = r * r
     for iz in range(cell_index(p[2] - r, cell), cell_index(p[2] + r, cell) + 1):
         for iy in range(cell_index(p[1] - r, cell), cell_index(p[1] + r, cell) + 1):
@@ -130,9 +149,9 @@ def estimate(rows, row, frame, scratch, photons, r):
                         continue
                     wi = unpack_direction(photons.wi[j])
                     f, _ = eval_rough(rows, row, ns, ng, wo, wi, scratch)
-                    w = (1.0 - d2 / r2) * shading_ratio(dot(ns, wi), dot(facet, wi))
-                    red += w * f[0] * photons.flux[j, 0]
-                    green += w * f[1] * photons.flux[j, 1]
-                    blue += w * f[2] * photons.flux[j, 2]
-    s = 2.0 / (math.pi * r2)
-    return (red * s, green * s, blue * s)
+                    x2 = d2 / r2
+                    w = (1.0 - x2) * shading_ratio(dot(ns, wi), dot(facet, wi))
+                    flux = mul(scale(f, w), load3(photons.flux, j))
+                    red, green, blue = red + flux[0], green + flux[1], blue + flux[2]
+                    red2, green2, blue2 = red2 + x2 * flux[0], green2 + x2 * flux[1], blue2 + x2 * flux[2]
+    return with_bias((red, green, blue), (red2, green2, blue2), r2)

@@ -28,7 +28,10 @@ from .pilot import Pilot, run_pilot
 from .render_scene import RenderScene
 
 MOST_CELLS = 4.0  # a query reads up to (2 x 4 + 1)^2 rows; a plane that runs to the horizon asked for millions
-PASS_NAMES = ("Direct", "Caustic", "Diffuse", "Emission", "Environment", "Alpha", "Depth", "Normal", "Albedo")
+PASS_NAMES = (
+    "Direct", "Caustic", "Diffuse", "Emission", "Environment", "Alpha", "Depth", "Normal", "Albedo", "CausticBias",
+    "DiffuseBias",
+)  # fmt: skip
 
 
 class Renderer:

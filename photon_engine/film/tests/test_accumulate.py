@@ -25,6 +25,9 @@ def test_mean_and_variance_are_numpys():
     film = film_of(range(6), exposure=2.0)
     stack = {name: np.stack([image(i)[name] for i in range(6)]).astype(np.float64) for name in RAW}
     combined = sum(stack[name] for name in LIGHT_NAMES)
+    bias = stack["CausticBias"] + stack["DiffuseBias"]
+    np.testing.assert_allclose(film.variance("CombinedBias"), 4.0 * bias.var(axis=0, ddof=1), rtol=1e-12)
+    np.testing.assert_allclose(film.mean("CombinedBias"), 2.0 * bias.mean(axis=0), rtol=1e-14)
     # 1e-12: the unbiased variance from sums of squares loses about 2^-53 of the squared mean
     np.testing.assert_allclose(film.variance("Caustic"), 4.0 * stack["Caustic"].var(axis=0, ddof=1), rtol=1e-12)
     np.testing.assert_allclose(film.variance("Combined"), 4.0 * combined.var(axis=0, ddof=1), rtol=1e-12)
