@@ -69,7 +69,7 @@ def _replacement(item: Node) -> str:
 def fallback_kind(item: Node) -> NodeKind:
     """A node kind for an unknown type: a diffuse of its colour, middle values, or the normal that a bump bends."""
     if item.type == BUMP:
-        return NodeKind(_bump_base, lambda node, used: True, lambda node, used: set())
+        return NodeKind(_bump_base, lambda node, used: True, lambda node, used: set(), rows=True)
 
     def function(x, props, points):
         if "SHADER" not in item.output_kinds.values():
@@ -90,4 +90,4 @@ def _middle(kind: str):
     """The value of an unknown texture's output."""
     if kind in SCALARS:
         return np.full(1, MIDDLE, f32)
-    return np.full((1, 3), 0.0 if kind == "VECTOR" else MIDDLE, f32)
+    return np.full((3, 1), 0.0 if kind == "VECTOR" else MIDDLE, f32)

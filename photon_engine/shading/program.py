@@ -47,7 +47,15 @@ class Call:
     def run(self, values: list, points: ShadePoints | None) -> dict[str, Any]:
         """The node's outputs; values: outputs of the calls before."""
         x = {name: fetch(source, values) for name, source in self.inputs.items()}
-        return self.kind.function(x, self.props, points)
+        if not (self.kind.rows or "SHADER" in self.node.output_kinds.values()):
+            return self.kind.function(x, self.props, points)
+        out = self.kind.function({name: transposed(value) for name, value in x.items()}, self.props, points)
+        return {name: transposed(value) for name, value in out.items()}
+
+
+def transposed(value):
+    """A vector's components as rows, or back; anything else as it is."""
+    return value.T if isinstance(value, np.ndarray) and value.ndim == 2 else value
 
 
 def fetch(source: Source, values: list):
@@ -209,8 +217,9 @@ def _probe(program: Program) -> list[Lobe]:
 
 
 def _generic(kind: str) -> np.ndarray:
-    """Two rows of a varying value that is neither 0 nor 1."""
-    return np.array([0.4, 0.6], np.float32) if kind in SCALARS else np.array([[0.4, 0.5, 0.6]] * 2, np.float32)
+    """Two values of a varying value that is neither 0 nor 1."""
+    values = [0.4, 0.6] if kind in SCALARS else [[0.4, 0.5], [0.5, 0.4], [0.6, 0.6]]
+    return np.array(values, np.float32)
 
 
 def _make_call(graph: Graph, index: int, name: str, images: list[Image], issues: IssueLog) -> Call:

@@ -7,13 +7,15 @@ x : inputs by socket identifier, already converted to the input's kind; None whe
 props : the node's settings, and ``props["used"]``, the outputs that somebody reads, ``props["images"]``, the scene's.
 points : ShadePoints, or None when the node is computed once because nothing in it varies.
 
-Values: VALUE (n | 1,) f32, VECTOR and RGBA (n | 1, 3) f32 (alpha is dropped, as in Cycles), SHADER list[Lobe].
+Values: VALUE (n | 1,) f32, VECTOR and RGBA (3, n | 1) f32 (alpha is dropped, as in Cycles), SHADER list[Lobe]. With
+components first, a number meets a vector without a new axis, and numpy's inner loops run over the hits. Nodes with a
+shader output, and those registered with rows=True, get and give their vectors as rows (n | 1, 3), as recipes want them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -32,18 +34,19 @@ class NodeKind(NamedTuple):
     function: Callable
     varies: Callable[[Node, frozenset], bool]  # whether it looks at the surface, beyond its linked inputs
     needs: Callable[[Node, frozenset], set]  # what of ShadePoints it reads, beyond the basic fields
+    rows: bool = False  # vectors as rows (n | 1, 3) in and out
 
 
 REGISTRY: dict[str, NodeKind] = {}
 
 
-def node(*types: str, varies=False, needs=None):
+def node(*types: str, varies=False, needs=None, rows=False):
     """Register a node function for Blender's node types.
 
-    varies, needs : a constant, or a function of (Node, outputs in use).
+    varies, needs : a constant, or a function of (Node, outputs in use);  rows : vectors as rows (n | 1, 3)
     """
     def register(function):
-        entry = NodeKind(function, _as_function(varies), _as_function(needs or set()))
+        entry = NodeKind(function, _as_function(varies), _as_function(needs or set()), rows)
         for name in types:
             REGISTRY[name] = entry
         return function
@@ -66,7 +69,7 @@ def unlinked(name: str):
 
 
 def column(value: np.ndarray) -> np.ndarray:
-    """A scalar per row as (n | 1, 1), to multiply triples with."""
+    """A scalar per row as (n | 1, 1), to multiply rows with."""
     return value[:, None]
 
 
@@ -78,15 +81,15 @@ def constant(value, kind: str):
         return None if kind == "VECTOR" else zero(kind)
     row = np.atleast_1d(np.asarray(value, f32))
     if kind in SCALARS:
-        return row[:1] if len(row) == 1 else convert(row[None, :3], "RGBA", kind)
-    return (np.full(3, row[0], f32) if len(row) == 1 else row[:3])[None]
+        return row[:1] if len(row) == 1 else convert(row[:3, None], "RGBA", kind)
+    return (np.full(3, row[0], f32) if len(row) == 1 else row[:3])[:, None]
 
 
 def zero(kind: str):
     """The value of an output that has none."""
     if kind == "SHADER":
         return []
-    return np.zeros(1, f32) if kind in SCALARS else np.zeros((1, 3), f32)
+    return np.zeros(1, f32) if kind in SCALARS else np.zeros((3, 1), f32)
 
 
 def convert(value, source: str, target: str):
@@ -103,15 +106,16 @@ def convert(value, source: str, target: str):
         return zero(target)
     if target in SCALARS:
         if source == "RGBA":
-            value = value @ LUMINANCE
+            value = LUMINANCE @ value
         elif source in TRIPLES:
-            value = value.mean(axis=1, dtype=f32)
+            value = (value[0] + value[1] + value[2]) * f32(1.0 / 3.0)
         return value if target == "VALUE" or source in ("INT", "BOOLEAN") else np.trunc(value)
     if source in SCALARS:
-        return np.repeat(value[:, None], 3, axis=1)
+        return np.broadcast_to(value, (3, len(value)))
     return value
 
 
 def _as_shader(value, source: str):
     """A colour linked to a shader input shines with it."""
-    return recipes.emission(convert(value, source, "RGBA"), np.ones(1, f32))
+    color: Any = convert(value, source, "RGBA")
+    return recipes.emission(color.T, np.ones(1, f32))

@@ -148,13 +148,13 @@ def sample_image_rows(pixels, scale, uv, mode, extension, flags, table, out):
     """Image lookups of a batch.
 
     pixels : (H, W, 4) f32 or u8, bottom row first, premultiplied;  scale : 1, or 1/255 for bytes
-    uv : (n, 2 or 3) f32, (0, 0) the lower left corner
-    flags : UNPREMULTIPLY divides colour by alpha, DECODE then applies the sRGB curve;  out : (n, 4) f32
+    uv : (2 or 3, n) f32, (0, 0) the lower left corner
+    flags : UNPREMULTIPLY divides colour by alpha, DECODE then applies the sRGB curve;  out : (4, n) f32
     Coordinates beyond 2^30 texels or not finite give the pixel of the origin.
     """
     height, width = pixels.shape[0], pixels.shape[1]
-    for i in range(len(uv)):
-        x, y = float(uv[i, 0]) * width, float(uv[i, 1]) * height
+    for i in range(uv.shape[1]):
+        x, y = float(uv[0, i]) * width, float(uv[1, i]) * height
         if not (abs(x) < 1073741824.0 and abs(y) < 1073741824.0):
             x, y = 0.5, 0.5
         if mode == LINEAR:
@@ -168,15 +168,15 @@ def sample_image_rows(pixels, scale, uv, mode, extension, flags, table, out):
             r, g, b = r / a, g / a, b / a
         if flags & DECODE:
             r, g, b = decode(r, table), decode(g, table), decode(b, table)
-        out[i, 0] = r
-        out[i, 1] = g
-        out[i, 2] = b
-        out[i, 3] = a
+        out[0, i] = r
+        out[1, i] = g
+        out[2, i] = b
+        out[3, i] = a
 
 
 def sample_image(pixels, uv, mode, extension, flags):
-    """Image lookups of a batch, (n, 4) f32; see sample_image_rows."""
-    out = np.empty((len(uv), 4), np.float32)
+    """Image lookups of a batch, (4, n) f32; see sample_image_rows."""
+    out = np.empty((4, uv.shape[1]), np.float32)
     scale = 1.0 / 255.0 if pixels.dtype == np.uint8 else 1.0
     uv = np.ascontiguousarray(uv, np.float32)
     sample_image_rows(pixels, scale, uv, mode, extension, flags, DECODE_TABLE, out)

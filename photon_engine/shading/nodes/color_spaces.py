@@ -1,4 +1,4 @@
-"""Between linear RGB and its HSV and HSL forms, rows (n, 3) [Smith 1978, Color Gamut Transform Pairs]."""
+"""Between linear RGB and its HSV and HSL forms, components (3, n) [Smith 1978, Color Gamut Transform Pairs]."""
 
 from __future__ import annotations
 
@@ -27,48 +27,48 @@ def hue_of(r, g, b, high, span):
 @kernel
 def rgb_to_hsv_rows(rgb, out):
     """Hue, saturation, value of each row."""
-    for i in range(len(rgb)):
-        r, g, b = float(rgb[i, 0]), float(rgb[i, 1]), float(rgb[i, 2])
+    for i in range(rgb.shape[1]):
+        r, g, b = float(rgb[0, i]), float(rgb[1, i]), float(rgb[2, i])
         high, low = max(r, max(g, b)), min(r, min(g, b))
         span = high - low if high != 0.0 else 0.0
-        out[i, 0] = hue_of(r, g, b, high, span)
-        out[i, 1] = span / high if high != 0.0 else 0.0
-        out[i, 2] = high
+        out[0, i] = hue_of(r, g, b, high, span)
+        out[1, i] = span / high if high != 0.0 else 0.0
+        out[2, i] = high
 
 
 @kernel
 def hsv_to_rgb_rows(hsv, out):
     """Inverse: channel k is v (1 - s clamp(min(m, 4 - m), 0, 1)) with m = (5, 3, 1)[k] + 6 h modulo 6."""
-    for i in range(len(hsv)):
-        s, v = float(hsv[i, 1]), float(hsv[i, 2])
+    for i in range(hsv.shape[1]):
+        s, v = float(hsv[1, i]), float(hsv[2, i])
         for k in range(3):
-            m = (5.0 - 2.0 * k) + 6.0 * float(hsv[i, 0])
+            m = (5.0 - 2.0 * k) + 6.0 * float(hsv[0, i])
             m -= 6.0 * math.floor(m / 6.0)
-            out[i, k] = v - v * s * max(0.0, min(1.0, min(m, 4.0 - m)))
+            out[k, i] = v - v * s * max(0.0, min(1.0, min(m, 4.0 - m)))
 
 
 @kernel
 def rgb_to_hsl_rows(rgb, out):
     """Hue, saturation, lightness of each row."""
-    for i in range(len(rgb)):
-        r, g, b = float(rgb[i, 0]), float(rgb[i, 1]), float(rgb[i, 2])
+    for i in range(rgb.shape[1]):
+        r, g, b = float(rgb[0, i]), float(rgb[1, i]), float(rgb[2, i])
         high, low = max(r, max(g, b)), min(r, min(g, b))
         span, light = high - low, min(1.0, 0.5 * (high + low))
         rest = 2.0 - high - low if light > 0.5 else high + low
-        out[i, 0] = hue_of(r, g, b, high, span)
-        out[i, 1] = span / rest if span != 0.0 and rest != 0.0 else 0.0
-        out[i, 2] = light
+        out[0, i] = hue_of(r, g, b, high, span)
+        out[1, i] = span / rest if span != 0.0 and rest != 0.0 else 0.0
+        out[2, i] = light
 
 
 @kernel
 def hsl_to_rgb_rows(hsl, out):
     """Inverse of rgb_to_hsl_rows."""
-    for i in range(len(hsl)):
-        h6, light = 6.0 * float(hsl[i, 0]), float(hsl[i, 2])
-        chroma = (1.0 - abs(2.0 * light - 1.0)) * float(hsl[i, 1])
-        out[i, 0] = (min(1.0, max(0.0, abs(h6 - 3.0) - 1.0)) - 0.5) * chroma + light
-        out[i, 1] = (min(1.0, max(0.0, 2.0 - abs(h6 - 2.0))) - 0.5) * chroma + light
-        out[i, 2] = (min(1.0, max(0.0, 2.0 - abs(h6 - 4.0))) - 0.5) * chroma + light
+    for i in range(hsl.shape[1]):
+        h6, light = 6.0 * float(hsl[0, i]), float(hsl[2, i])
+        chroma = (1.0 - abs(2.0 * light - 1.0)) * float(hsl[1, i])
+        out[0, i] = (min(1.0, max(0.0, abs(h6 - 3.0) - 1.0)) - 0.5) * chroma + light
+        out[1, i] = (min(1.0, max(0.0, 2.0 - abs(h6 - 2.0))) - 0.5) * chroma + light
+        out[2, i] = (min(1.0, max(0.0, 2.0 - abs(h6 - 4.0))) - 0.5) * chroma + light
 
 
 def _rows(function):

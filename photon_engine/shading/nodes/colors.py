@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..registry import LUMINANCE, column, constant, f32, node
+from ..registry import LUMINANCE, constant, f32, node
 from .color_spaces import hsl_to_rgb, hsv_to_rgb, rgb_to_hsl, rgb_to_hsv
 from .scalars import divide, power
 
@@ -44,34 +44,32 @@ def hue(t, a, b):
     """A with b's hue."""
     target, own = rgb_to_hsv(b), rgb_to_hsv(a)
     own, target = np.broadcast_arrays(own, target)
-    mixed = lerp(t, a, hsv_to_rgb(np.stack([target[:, 0], own[:, 1], own[:, 2]], axis=1)))
-    return np.where(target[:, 1:2] != 0.0, mixed, a)
+    mixed = lerp(t, a, hsv_to_rgb(np.stack([target[0], own[1], own[2]])))
+    return np.where(target[1] != 0.0, mixed, a)
 
 
 def saturation(t, a, b):
     """A with its saturation mixed with b's."""
-    own, target = np.broadcast_arrays(rgb_to_hsv(a), rgb_to_hsv(b))
-    mixed = lerp(t[:, 0], own[:, 1], target[:, 1])
-    own, mixed = np.broadcast_arrays(own, mixed[:, None])
-    return np.where(own[:, 1:2] != 0.0, hsv_to_rgb(np.stack([own[:, 0], mixed[:, 0], own[:, 2]], axis=1)), a)
+    own, target = rgb_to_hsv(a), rgb_to_hsv(b)
+    mixed = lerp(t, own[1], target[1])
+    return np.where(own[1] != 0.0, hsv_to_rgb(np.stack(np.broadcast_arrays(own[0], mixed, own[2]))), a)
 
 
 def value(t, a, b):
     """A with its value mixed with b's."""
-    own, target = np.broadcast_arrays(rgb_to_hsv(a), rgb_to_hsv(b))
-    mixed = lerp(t[:, 0], own[:, 2], target[:, 2])
-    own, mixed = np.broadcast_arrays(own, mixed[:, None])
-    return hsv_to_rgb(np.stack([own[:, 0], own[:, 1], mixed[:, 0]], axis=1))
+    own, target = rgb_to_hsv(a), rgb_to_hsv(b)
+    mixed = lerp(t, own[2], target[2])
+    return hsv_to_rgb(np.stack(np.broadcast_arrays(own[0], own[1], mixed)))
 
 
 def color(t, a, b):
     """A with b's hue and saturation."""
     own, target = np.broadcast_arrays(rgb_to_hsv(a), rgb_to_hsv(b))
-    mixed = lerp(t, a, hsv_to_rgb(np.stack([target[:, 0], target[:, 1], own[:, 2]], axis=1)))
-    return np.where(target[:, 1:2] != 0.0, mixed, a)
+    mixed = lerp(t, a, hsv_to_rgb(np.stack([target[0], target[1], own[2]])))
+    return np.where(target[1] != 0.0, mixed, a)
 
 
-# t (n | 1, 1) or (n | 1, 3), a and b (n | 1, 3)
+# t (n | 1,) or (3, n | 1), a and b (3, n | 1)
 BLEND = {
     "MIX": lerp,
     "DARKEN": lambda t, a, b: lerp(t, a, np.minimum(a, b)),
@@ -111,7 +109,6 @@ def mix(x, props, points):
         t = np.clip(t, 0.0, 1.0)
     if kind == "FLOAT":
         return {"Result_Float": lerp(t, x["A_Float"], x["B_Float"])}
-    t = t if t.ndim == 2 else column(t)
     if kind == "VECTOR":
         return {"Result_Vector": lerp(t, x["A_Vector"], x["B_Vector"])}
     result = BLEND[props.get("blend_type", "MIX")](t, x["A_Color"], x["B_Color"])
@@ -121,7 +118,7 @@ def mix(x, props, points):
 @node("ShaderNodeMixRGB")
 def mix_rgb(x, props, points):
     """The Mix node of old files."""
-    t = column(np.clip(x["Fac"], 0.0, 1.0))
+    t = np.clip(x["Fac"], 0.0, 1.0)
     result = BLEND[props.get("blend_type", "MIX")](t, x["Color1"], x["Color2"])
     return {"Color": np.clip(result, 0.0, 1.0) if props.get("use_clamp") else result}
 
@@ -129,14 +126,14 @@ def mix_rgb(x, props, points):
 @node("ShaderNodeInvert")
 def invert(x, props, points):
     """1 - colour, mixed by the factor."""
-    t = column(x["Fac"])
+    t = x["Fac"]
     return {"Color": t * (ONE - x["Color"]) + (ONE - t) * x["Color"]}
 
 
 @node("ShaderNodeGamma")
 def gamma(x, props, points):
     """colour^gamma for positive channels."""
-    c, g = x["Color"], column(x["Gamma"])
+    c, g = x["Color"], x["Gamma"]
     raised = power(np.maximum(c, 0.0), g)
     return {"Color": np.where(g == 0.0, ONE, np.where(c > 0.0, raised, c))}
 
@@ -144,8 +141,8 @@ def gamma(x, props, points):
 @node("ShaderNodeBrightContrast")
 def bright_contrast(x, props, points):
     """(1 + contrast) colour + bright - contrast / 2, not below 0."""
-    contrast = column(x["Contrast"])
-    return {"Color": np.maximum((ONE + contrast) * x["Color"] + (column(x["Bright"]) - contrast * f32(0.5)), 0.0)}
+    contrast = x["Contrast"]
+    return {"Color": np.maximum((ONE + contrast) * x["Color"] + (x["Bright"] - contrast * f32(0.5)), 0.0)}
 
 
 @node("ShaderNodeHueSaturation")
@@ -153,15 +150,15 @@ def hue_saturation(x, props, points):
     """Turn the hue, scale saturation and value."""
     c = x["Color"]
     hsv = rgb_to_hsv(c)
-    h = hsv[:, 0] + x["Hue"] + f32(0.5)
-    parts = np.broadcast_arrays(h - np.floor(h), np.clip(hsv[:, 1] * x["Saturation"], 0.0, 1.0), hsv[:, 2] * x["Value"])
-    return {"Color": np.maximum(lerp(column(x["Fac"]), c, hsv_to_rgb(np.stack(parts, axis=1))), 0.0)}
+    h = hsv[0] + x["Hue"] + f32(0.5)
+    parts = np.broadcast_arrays(h - np.floor(h), np.clip(hsv[1] * x["Saturation"], 0.0, 1.0), hsv[2] * x["Value"])
+    return {"Color": np.maximum(lerp(x["Fac"], c, hsv_to_rgb(np.stack(parts))), 0.0)}
 
 
 @node("ShaderNodeRGBToBW")
 def rgb_to_bw(x, props, points):
     """Luminance."""
-    return {"Val": x["Color"] @ LUMINANCE}
+    return {"Val": LUMINANCE @ x["Color"]}
 
 
 TO_RGB = {"HSV": hsv_to_rgb, "HSL": hsl_to_rgb}
@@ -172,13 +169,13 @@ FROM_RGB = {"HSV": rgb_to_hsv, "HSL": rgb_to_hsl}
 def separate_color(x, props, points):
     """Channels of a colour in RGB, HSV or HSL."""
     c = FROM_RGB.get(props.get("mode", "RGB"), lambda v: v)(x["Color"])
-    return {"Red": c[:, 0], "Green": c[:, 1], "Blue": c[:, 2]}
+    return {"Red": c[0], "Green": c[1], "Blue": c[2]}
 
 
 @node("ShaderNodeCombineColor")
 def combine_color(x, props, points):
     """A colour from channels in RGB, HSV or HSL."""
-    c = np.stack(np.broadcast_arrays(x["Red"], x["Green"], x["Blue"]), axis=1)
+    c = np.stack(np.broadcast_arrays(x["Red"], x["Green"], x["Blue"]))
     return {"Color": TO_RGB.get(props.get("mode", "RGB"), lambda v: v)(c)}
 
 
@@ -186,13 +183,13 @@ def combine_color(x, props, points):
 def separate_old(x, props, points):
     """The separate nodes of old files."""
     if "Image" in x:
-        return dict(zip("RGB", x["Image"].T, strict=True))
-    return dict(zip("HSV", rgb_to_hsv(x["Color"]).T, strict=True))
+        return dict(zip("RGB", x["Image"], strict=True))
+    return dict(zip("HSV", rgb_to_hsv(x["Color"]), strict=True))
 
 
 @node("ShaderNodeCombineRGB", "ShaderNodeCombineHSV")
 def combine_old(x, props, points):
     """The combine nodes of old files."""
     if "R" in x:
-        return {"Image": np.stack(np.broadcast_arrays(x["R"], x["G"], x["B"]), axis=1)}
-    return {"Color": hsv_to_rgb(np.stack(np.broadcast_arrays(x["H"], x["S"], x["V"]), axis=1))}
+        return {"Image": np.stack(np.broadcast_arrays(x["R"], x["G"], x["B"]))}
+    return {"Color": hsv_to_rgb(np.stack(np.broadcast_arrays(x["H"], x["S"], x["V"])))}

@@ -4,36 +4,55 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..registry import column, f32, node
+from ..registry import f32, node
 from .normals import contiguous, tangent_rows
 from .vectors import cross, dot, normalize, rotate
 
 ONE = f32(1.0)
 
 
+def columns(rows):
+    """Rows (n, 3) of the points as components (3, n)."""
+    return np.ascontiguousarray(rows.T)
+
+
 def pad(uv):
-    """(n, 2) as (n, 3) with z = 0."""
-    return np.concatenate([uv, np.zeros((len(uv), 1), f32)], axis=1)
+    """(n, 2) as (3, n) with z = 0."""
+    out = np.zeros((3, len(uv)), f32)
+    out[:2] = uv.T
+    return out
+
+
+def facing(points, rows=None):
+    """The surface's normal, or another (n, 3), turned to the side that was hit, (3, n)."""
+    return columns(points.facing(points.ns if rows is None else rows))
 
 
 def surface_normal(x, points, name="Normal"):
     """The linked normal, else the surface's on the side that was hit."""
     linked = x.get(name)
-    return points.facing(points.ns) if linked is None else linked
+    return facing(points) if linked is None else linked
+
+
+def matrices(table, points):
+    """The matrix of each point's object from a table (I, 3, 3), as (3, 3, n | 1)."""
+    return (table if len(table) == 1 else table[points.instance]).transpose(1, 2, 0)
 
 
 def to_object(points, normals):
     """World normals in the object's space: M^T n, unit."""
-    matrix = points.objects.matrix
-    matrix = matrix if len(matrix) == 1 else matrix[points.instance]
-    return normalize(rotate(matrix.transpose(0, 2, 1), normals))
+    return normalize(rotate(matrices(points.objects.matrix, points).transpose(1, 0, 2), normals))
 
 
 def to_world(points, normals):
     """Object-space normals in the world: M^-T n, unit."""
-    inverse = points.objects.inverse
-    inverse = inverse if len(inverse) == 1 else inverse[points.instance]
-    return normalize(rotate(inverse.transpose(0, 2, 1), normals))
+    return normalize(rotate(matrices(points.objects.inverse, points).transpose(1, 0, 2), normals))
+
+
+def affine(matrix, p):
+    """Points p (3, n) by a matrix (4, 4)."""
+    matrix = np.asarray(matrix, f32)
+    return matrix[:3, :3] @ p + matrix[:3, 3:]
 
 
 def fresnel_dielectric(cosine, eta):
@@ -53,14 +72,14 @@ def fresnel(x, props, points):
     """Dielectric reflectance seen from here; the back side inverts the index."""
     eta = np.maximum(x["IOR"], f32(1e-5))
     eta = np.where(points.backfacing, ONE / eta, eta)
-    return {"Fac": fresnel_dielectric(dot(points.wo, surface_normal(x, points)), eta)}
+    return {"Fac": fresnel_dielectric(dot(points.wo.T, surface_normal(x, points)), eta)}
 
 
 @node("ShaderNodeLayerWeight", varies=True)
 def layer_weight(x, props, points):
     """Weights that grow towards grazing view."""
     blend, out = x["Blend"], {}
-    cosine = dot(points.wo, surface_normal(x, points))
+    cosine = dot(points.wo.T, surface_normal(x, points))
     if "Fresnel" in props["used"]:
         eta = np.maximum(ONE - blend, f32(1e-5))
         out["Fresnel"] = fresnel_dielectric(cosine, np.where(points.backfacing, eta, ONE / eta))
@@ -87,20 +106,19 @@ def texture_coordinate(x, props, points):
     if "UV" in used:
         out["UV"] = pad(points.uvs[""])
     if "Generated" in used:
-        out["Generated"] = points.generated
+        out["Generated"] = columns(points.generated)
     if "Object" in used:
         if (inverse := props.get("object_inverse")) is not None:
-            inverse = np.asarray(inverse, f32)
-            out["Object"] = points.p @ inverse[:3, :3].T + inverse[:3, 3]
+            out["Object"] = affine(inverse, points.p.T)
         else:
-            out["Object"] = points.object
+            out["Object"] = columns(points.object)
     if "Normal" in used:
-        out["Normal"] = to_object(points, points.facing(points.ns))
+        out["Normal"] = to_object(points, facing(points))
     if "Camera" in used:
-        out["Camera"] = points.p @ points.camera[:3, :3].T + points.camera[:3, 3]
+        out["Camera"] = affine(points.camera, points.p.T)
     if "Reflection" in used:
-        n = points.facing(points.ns)
-        out["Reflection"] = 2.0 * column(dot(points.wo, n)) * n - points.wo
+        n, wo = facing(points), columns(points.wo)
+        out["Reflection"] = 2.0 * dot(wo, n) * n - wo
     return out
 
 
@@ -120,7 +138,7 @@ def uv_map(x, props, points):
 def vertex_color(x, props, points):
     """A colour attribute of the mesh; no name: the active one."""
     rgba = points.attributes[props.get("layer_name", "")]
-    return {"Color": rgba[:, :3], "Alpha": rgba[:, 3]}
+    return {"Color": columns(rgba[:, :3]), "Alpha": rgba[:, 3]}
 
 
 GEOMETRY_NEEDS = {"Parametric": {"parametric"}, "Tangent": {"generated", "objects"}}
@@ -132,22 +150,22 @@ def geometry(x, props, points):
     """Position, normals and the like, in the world."""
     used, out = props["used"], {}
     if "Position" in used:
-        out["Position"] = points.p
+        out["Position"] = columns(points.p)
     if "Normal" in used:
-        out["Normal"] = points.facing(points.ns)
+        out["Normal"] = facing(points)
     if "True Normal" in used:
-        out["True Normal"] = points.facing(points.ng)
+        out["True Normal"] = facing(points, points.ng)
     if "Incoming" in used:
-        out["Incoming"] = points.wo
+        out["Incoming"] = columns(points.wo)
     if "Backfacing" in used:
         out["Backfacing"] = points.backfacing.astype(f32)
     if "Parametric" in used:
         u, v = points.parametric.T
-        out["Parametric"] = np.stack([ONE - u - v, u, np.zeros_like(u)], axis=1)
+        out["Parametric"] = np.stack([ONE - u - v, u, np.zeros_like(u)])
     if "Tangent" in used:  # radial about the object's z axis
-        g = points.generated - f32(0.5)
-        radial = to_world(points, np.stack([-g[:, 1], g[:, 0], np.zeros_like(g[:, 0])], axis=1))
-        n = points.facing(points.ns)
+        x, y, z = points.generated.T - f32(0.5)
+        radial = to_world(points, np.stack([-y, x, np.zeros_like(z)]))
+        n = facing(points)
         out["Tangent"] = cross(n, normalize(cross(radial, n)))
     return out
 
@@ -169,15 +187,15 @@ def light_path(x, props, points):
 @node("ShaderNodeCameraData", varies=True, needs={"camera"})
 def camera_data(x, props, points):
     """View vector, depth and distance of the point from the camera."""
-    v = points.p @ points.camera[:3, :3].T + points.camera[:3, 3]
-    return {"View Vector": normalize(v), "View Z Depth": v[:, 2], "View Distance": np.sqrt(dot(v, v))}
+    v = affine(points.camera, points.p.T)
+    return {"View Vector": normalize(v), "View Z Depth": v[2], "View Distance": np.sqrt(dot(v, v))}
 
 
 @node("ShaderNodeObjectInfo", varies=True, needs={"objects"})
 def object_info(x, props, points):
     """Properties of the object that was hit."""
     table, i = points.objects, points.instance
-    return {"Location": table.location[i], "Color": table.color[i, :3], "Alpha": table.color[i, 3],
+    return {"Location": columns(table.location[i]), "Color": columns(table.color[i, :3]), "Alpha": table.color[i, 3],
             "Object Index": table.pass_index[i], "Random": table.random[i],
             "Material Index": np.full(len(i), props.get("material_index", 0), f32)}
 
@@ -195,33 +213,32 @@ def normal_map(x, props, points):
     """A shading normal from a colour, in tangent, object or world space; turned to the side that was hit."""
     color, strength, space = x["Color"], x["Strength"], props.get("space", "TANGENT")
     if props.get("convention") == "DIRECTX":
-        color = np.stack([color[:, 0], ONE - color[:, 1], color[:, 2]], axis=1)
-    own = points.facing(points.ns)
+        color = np.stack([color[0], ONE - color[1], color[2]])
+    own = facing(points)
     if space == "TANGENT":
-        return {"Normal": _or_own(points.facing(_tangent_normal(color, strength, props, points)), own)}
+        return {"Normal": _or_own(facing(points, _tangent_normal(color, strength, props, points)), own)}
     c = 2.0 * color - ONE
     if space.startswith("BLENDER"):
-        c = c * np.array([1.0, -1.0, -1.0], f32)
+        c = c * np.array([[1.0], [-1.0], [-1.0]], f32)
     n = to_world(points, c) if space.endswith("OBJECT") else normalize(c)
-    n = points.facing(np.broadcast_to(n, own.shape))
-    strength = column(np.maximum(strength, 0.0))
-    return {"Normal": _or_own(normalize(own + (n - own) * strength), own)}
+    n = np.where(points.backfacing, -n, n)
+    return {"Normal": _or_own(normalize(own + (n - own) * np.maximum(strength, 0.0)), own)}
 
 
 def _or_own(n, own):
     """The surface's normal where the perturbed one vanishes."""
     bad = dot(n, n) == 0.0
-    return np.where(column(bad), own, n) if bad.any() else n
+    return np.where(bad, own, n) if bad.any() else n
 
 
 def _tangent_normal(color, strength, props, points):
-    """Normal from a tangent-space colour, with the mesh's own interpolated frame, world, outward."""
+    """Normal from a tangent-space colour, with the mesh's own interpolated frame, world, outward, (n, 3)."""
     tangent = points.tangents.get(props.get("uv_map", ""))
     if tangent is None:
         return points.ns
     out = np.empty(points.ns.shape, f32)
     tangent_rows(
-        contiguous(color), contiguous(strength), contiguous(tangent), contiguous(points.normal_local),
+        contiguous(color.T), contiguous(strength), contiguous(tangent), contiguous(points.normal_local),
         contiguous(points.objects.inverse), points.instance, out,
     )  # fmt: skip
     return out

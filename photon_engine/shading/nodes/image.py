@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..registry import column, f32, node, unlinked
+from ..registry import f32, node, unlinked
 from ..textures import (
     DECODE,
     EXTENSIONS,
@@ -13,6 +13,7 @@ from ..textures import (
     UNPREMULTIPLY,
     sample_image,
 )
+from .geometry_inputs import columns
 from .vectors import dot
 
 MISSING = (1.0, 0.0, 1.0)  # magenta, as Cycles shows what it cannot find
@@ -26,25 +27,25 @@ def image_needs(item, used):
 def place(vector, projection):
     """Image coordinates of a texture vector: flat, on a sphere or on a tube."""
     if projection not in ("SPHERE", "TUBE"):
-        return np.ascontiguousarray(vector)
-    x, y, z = (2.0 * vector - f32(1.0)).T
+        return vector[:2]
+    x, y, z = 2.0 * vector - f32(1.0)
     radius = np.sqrt(x * x + y * y)
     u = np.where(radius > 0.0, f32(0.5) * (f32(1.0) - np.arctan2(x, y) * f32(1.0 / np.pi)), f32(0.0))
     if projection == "TUBE":
-        return np.stack([u, (z + f32(1.0)) * f32(0.5)], axis=1)
+        return np.stack([u, (z + f32(1.0)) * f32(0.5)])
     size = np.sqrt(radius * radius + z * z)
     v = f32(1.0) - np.arccos(np.clip(z / np.where(size > 0.0, size, f32(1.0)), -1.0, 1.0)) * f32(1.0 / np.pi)
-    return np.stack([u, np.where(size > 0.0, v, f32(0.0))], axis=1)
+    return np.stack([u, np.where(size > 0.0, v, f32(0.0))])
 
 
 @node("ShaderNodeTexImage", varies=unlinked("Vector"), needs=image_needs)
 def image_texture(x, props, points):
     """Colour and alpha of an image at the vector, or at the active UV layer."""
     vector = x.get("Vector")
-    uv = points.uvs[""] if vector is None else place(vector, props.get("projection", "FLAT"))
+    uv = points.uvs[""].T if vector is None else place(vector, props.get("projection", "FLAT"))
     index = props.get("image")
     if index is None:  # no image is chosen
-        return {"Color": np.array([MISSING], f32), "Alpha": np.ones(1, f32)}
+        return {"Color": np.array(MISSING, f32)[:, None], "Alpha": np.ones(1, f32)}
     image = props["images"][index]
     flags = DECODE if image.encoded else 0
     premultiplied = image.colorspace != "Non-Color" and image.alpha_mode not in ("CHANNEL_PACKED", "NONE")
@@ -53,7 +54,7 @@ def image_texture(x, props, points):
     mode = INTERPOLATIONS.get(props.get("interpolation", "Linear"), LINEAR)
     extension = EXTENSIONS[props.get("extension", "REPEAT")]
     out = sample_image(image.pixels, uv, mode, extension, flags)
-    return {"Color": out[:, :3], "Alpha": out[:, 3]}
+    return {"Color": out[:3], "Alpha": out[3]}
 
 
 generated_unless_linked = {"varies": unlinked("Vector"),
@@ -62,23 +63,23 @@ generated_unless_linked = {"varies": unlinked("Vector"),
 
 def texture_vector(x, points):
     """The linked vector, else Generated coordinates."""
-    return points.generated if x.get("Vector") is None else x["Vector"]
+    return columns(points.generated) if x.get("Vector") is None else x["Vector"]
 
 
 @node("ShaderNodeTexChecker", **generated_unless_linked)
 def checker(x, props, points):
     """Cubes of two colours."""
-    cell = np.floor((texture_vector(x, points) * column(x["Scale"]) + f32(1e-6)) * f32(0.999999))
-    i, j, k = (np.abs(cell) % 2.0 == 1.0).T
+    cell = np.floor((texture_vector(x, points) * x["Scale"] + f32(1e-6)) * f32(0.999999))
+    i, j, k = np.abs(cell) % 2.0 == 1.0
     first = (i == j) == k
-    return {"Color": np.where(column(first), x["Color1"], x["Color2"]), "Fac": first.astype(f32)}
+    return {"Color": np.where(first, x["Color1"], x["Color2"]), "Fac": first.astype(f32)}
 
 
 @node("ShaderNodeTexGradient", **generated_unless_linked)
 def gradient(x, props, points):
     """A ramp from 0 to 1."""
     v, kind = texture_vector(x, points), props.get("gradient_type", "LINEAR")
-    a, b = v[:, 0], v[:, 1]
+    a, b = v[0], v[1]
     if kind == "LINEAR":
         f = a
     elif kind == "QUADRATIC":
@@ -94,4 +95,4 @@ def gradient(x, props, points):
         r = np.maximum(f32(0.999999) - np.sqrt(dot(v, v)), 0.0)
         f = r * r if kind == "QUADRATIC_SPHERE" else r
     f = np.clip(f, 0.0, 1.0)
-    return {"Fac": f, "Color": np.repeat(column(f), 3, axis=1)}
+    return {"Fac": f, "Color": np.broadcast_to(f, (3, len(f)))}

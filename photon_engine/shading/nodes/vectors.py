@@ -4,40 +4,40 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..registry import column, f32, node
+from ..registry import f32, node
 from .scalars import divide, floored_modulo, power, truncated_modulo
 
 ONE = f32(1.0)
 
 
 def dot(a, b):
-    """Inner product of rows, (n,)."""
-    return np.einsum("ij,ij->i", *np.broadcast_arrays(a, b))
+    """Inner product, (n,)."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def normalize(v):
-    """Rows of length 1; zero rows stay zero."""
+    """Vectors of length 1; zero vectors stay zero."""
     size = np.sqrt(dot(v, v))
-    return v * column(ONE / np.where(size > 0.0, size, ONE))
+    return v * (ONE / np.where(size > 0.0, size, ONE))
 
 
 def cross(a, b):
-    """Outer product of rows."""
-    a0, a1, a2, b0, b1, b2 = np.broadcast_arrays(a[:, 0], a[:, 1], a[:, 2], b[:, 0], b[:, 1], b[:, 2])
-    return np.stack([a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0], axis=1)
+    """Outer product."""
+    (a0, a1, a2), (b0, b1, b2) = a, b
+    return np.stack([a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0])
 
 
 def refract(a, n, eta):
     """Direction a refracted at the unit normal n; zero when totally reflected."""
     c = dot(n, a)
     k = ONE - eta * eta * (ONE - c * c)
-    bent = column(eta) * a - column(eta * c + np.sqrt(np.maximum(k, 0.0))) * n
-    return np.where(column(k < 0.0), f32(0.0), bent)
+    bent = eta * a - (eta * c + np.sqrt(np.maximum(k, 0.0))) * n
+    return np.where(k < 0.0, f32(0.0), bent)
 
 
 def reflect(a, n):
     """A mirrored by the plane with unit normal n."""
-    return a - 2.0 * column(dot(a, n)) * n
+    return a - 2.0 * dot(a, n) * n
 
 
 VECTOR_MATH = {
@@ -47,11 +47,11 @@ VECTOR_MATH = {
     "DIVIDE": lambda a, b, c, s: divide(a, b),
     "MULTIPLY_ADD": lambda a, b, c, s: a * b + c,
     "CROSS_PRODUCT": lambda a, b, c, s: cross(a, b),
-    "PROJECT": lambda a, b, c, s: column(divide(dot(a, b), dot(b, b))) * b,
+    "PROJECT": lambda a, b, c, s: divide(dot(a, b), dot(b, b)) * b,
     "REFLECT": lambda a, b, c, s: reflect(a, normalize(b)),
     "REFRACT": lambda a, b, c, s: refract(a, normalize(b), s),
-    "FACEFORWARD": lambda a, b, c, s: np.where(column(dot(c, b) < 0.0), a, -a),
-    "SCALE": lambda a, b, c, s: a * column(s),
+    "FACEFORWARD": lambda a, b, c, s: np.where(dot(c, b) < 0.0, a, -a),
+    "SCALE": lambda a, b, c, s: a * s,
     "NORMALIZE": lambda a, b, c, s: normalize(a),
     "ABSOLUTE": lambda a, b, c, s: np.abs(a),
     "POWER": lambda a, b, c, s: power(a, b),
@@ -86,22 +86,21 @@ def vector_math(x, props, points):
 
 
 def euler_matrix(rotation):
-    """Matrices (n | 1, 3, 3) of XYZ Euler angles (n | 1, 3): about X first."""
-    cx, cy, cz = np.cos(rotation).T
-    sx, sy, sz = np.sin(rotation).T
-    rows = [
+    """Matrices (3, 3, n | 1) of XYZ Euler angles (3, n | 1): about X first."""
+    cx, cy, cz = np.cos(rotation)
+    sx, sy, sz = np.sin(rotation)
+    return np.array([
         [cy * cz, sy * sx * cz - cx * sz, sy * cx * cz + sx * sz],
         [cy * sz, sy * sx * sz + cx * cz, sy * cx * sz - sx * cz],
         [-sy, cy * sx, cy * cx],
-    ]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=1)
+    ])
 
 
 def rotate(matrix, v):
-    """Rows of M v."""
-    if len(matrix) == 1:
-        return v @ matrix[0].T
-    return np.einsum("nij,nj->ni", matrix, np.broadcast_to(v, (len(matrix), 3)))
+    """M v with M (3, 3, n | 1) and v (3, n | 1)."""
+    if matrix.shape[2] == 1:
+        return matrix[:, :, 0] @ v
+    return np.stack([dot(row, v) for row in matrix])
 
 
 @node("ShaderNodeMapping")
@@ -112,7 +111,7 @@ def mapping(x, props, points):
     if kind == "POINT":
         return {"Vector": rotate(matrix, v * scale) + x["Location"]}
     if kind == "TEXTURE":
-        return {"Vector": divide(rotate(matrix.transpose(0, 2, 1), v - x["Location"]), scale)}
+        return {"Vector": divide(rotate(matrix.transpose(1, 0, 2), v - x["Location"]), scale)}
     if kind == "VECTOR":
         return {"Vector": rotate(matrix, v * scale)}
     return {"Vector": normalize(rotate(matrix, divide(v, scale)))}
@@ -126,30 +125,30 @@ def vector_rotate(x, props, points):
     sign = f32(-1.0 if props.get("invert") else 1.0)
     if kind == "EULER_XYZ":
         matrix = euler_matrix(x["Rotation"])
-        return {"Vector": rotate(matrix.transpose(0, 2, 1) if props.get("invert") else matrix, v) + center}
+        return {"Vector": rotate(matrix.transpose(1, 0, 2) if props.get("invert") else matrix, v) + center}
     fixed = {"X_AXIS": [1.0, 0.0, 0.0], "Y_AXIS": [0.0, 1.0, 0.0], "Z_AXIS": [0.0, 0.0, 1.0]}
-    axis = np.array([fixed[kind]], f32) if kind in fixed else normalize(x["Axis"])
-    c, s = column(np.cos(x["Angle"])), column(np.sin(x["Angle"]) * sign)
-    turned = v * c + cross(axis, v) * s + axis * column(dot(axis, v)) * (ONE - c)
-    return {"Vector": np.where(column(dot(axis, axis) > 0.0), turned, v) + center}
+    axis = np.array(fixed[kind], f32)[:, None] if kind in fixed else normalize(x["Axis"])
+    c, s = np.cos(x["Angle"]), np.sin(x["Angle"]) * sign
+    turned = v * c + cross(axis, v) * s + axis * dot(axis, v) * (ONE - c)
+    return {"Vector": np.where(dot(axis, axis) > 0.0, turned, v) + center}
 
 
 @node("ShaderNodeSeparateXYZ")
 def separate_xyz(x, props, points):
     """Components of a vector."""
-    return dict(zip("XYZ", x["Vector"].T, strict=True))
+    return dict(zip("XYZ", x["Vector"], strict=True))
 
 
 @node("ShaderNodeCombineXYZ")
 def combine_xyz(x, props, points):
     """A vector from components."""
-    return {"Vector": np.stack(np.broadcast_arrays(x["X"], x["Y"], x["Z"]), axis=1)}
+    return {"Vector": np.stack(np.broadcast_arrays(x["X"], x["Y"], x["Z"]))}
 
 
 @node("ShaderNodeNormal")
 def normal(x, props, points):
     """A fixed direction, and its cosine with the input."""
-    direction = normalize(np.asarray(props.get("value", (0.0, 0.0, 1.0)), f32)[None, :3])
+    direction = normalize(np.asarray(props.get("value", (0.0, 0.0, 1.0)), f32)[:3, None])
     return {"Normal": direction, "Dot": dot(direction, normalize(x["Normal"]))}
 
 

@@ -202,10 +202,10 @@ def test_color_linked_to_a_shader_shines():
 
 
 def test_conversions():
-    color = np.array([[0.2, 0.5, 0.9]], np.float32)
-    np.testing.assert_allclose(convert(color, "RGBA", "VALUE"), [color[0] @ LUMINANCE], rtol=1e-6)
+    color = np.array([[0.2], [0.5], [0.9]], np.float32)
+    np.testing.assert_allclose(convert(color, "RGBA", "VALUE"), [LUMINANCE @ color[:, 0]], rtol=1e-6)
     np.testing.assert_allclose(convert(color, "VECTOR", "VALUE"), [color.mean()], rtol=1e-6)
-    np.testing.assert_allclose(convert(np.array([0.3], np.float32), "VALUE", "RGBA"), [[0.3] * 3])
+    np.testing.assert_allclose(convert(np.array([0.3], np.float32), "VALUE", "RGBA"), [[0.3]] * 3)
     assert convert(np.array([-1.7], np.float32), "VALUE", "INT") == [-1.0]
 
 
