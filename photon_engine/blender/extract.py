@@ -92,7 +92,8 @@ class _Extraction:
         if key not in self._materials:
             graph = material_graph(material, self.images, self.issues)
             self._materials[key] = len(self.data.materials)
-            self.data.materials.append(Material(material.name, graph))
+            method = getattr(material, "displacement_method", "BUMP")
+            self.data.materials.append(Material(material.name, graph, method))
         return self._materials[key]
 
     def _default_material(self) -> int:

@@ -36,13 +36,14 @@ IOR = 5  # of the inside over the outside (for GLASS and REFRACT a back face inv
 FRESNEL = 6  # a mode
 COLOR_A = 7  # 3; DIFFUSE with roughness: the albedo
 COLOR_B = 10  # 3; GLASS: transmission tint, with COLOR_A the reflection tint (GENERALIZED: F0; F90 is 1)
-HAS_NORMAL = 13  # 1: NORMAL replaces the surface's shading normal
+HAS_NORMAL = 13  # 1: NORMAL replaces the surface's shading normal; DISPLACED: it is what the surface's has become
 NORMAL = 14  # 3: unit, world, on the side of the geometric normal
 GROUP = 17  # lobes of the same group > 0 are layered: see LAYER
 LAYER = 18  # > 0: share covered (coat weight; specular: 1); later lobes of the group get what its albedo leaves
 MULTISCATTER = 19  # 1: energy lost between microfacets is given back (Multiscatter GGX)
 TINT = 20  # 3: coat tint: what passes under this layer is multiplied by TINT^(1/cos in the coat)
 N_FIELDS = 24
+DISPLACED = 2.0  # value of HAS_NORMAL
 
 # classes of a lobe, deciding the pass a path belongs to
 CLASS_NULL = 0  # goes straight through

@@ -35,7 +35,7 @@ def eval_lobe(rows, row, k, ns, ng, wo, wi, adjoint):
 @kernel
 def bump_factor(rows, row, k, ns, n, light):
     """Factor for a bumped lobe: no light from behind the smooth surface, a soft terminator for diffuse."""
-    if rows.params[row, k, HAS_NORMAL] == 0.0:
+    if rows.params[row, k, HAS_NORMAL] != 1.0:
         return 1.0
     if rows.kind[row, k] == DIFFUSE:
         return bump_softening(ns, n, light)

@@ -85,6 +85,7 @@ class Material:
 
     name: str
     graph: Graph
+    displacement: str = "BUMP"  # BUMP, DISPLACEMENT or BOTH: what the graph's displacement does
 
 
 @dataclass

@@ -11,7 +11,6 @@ from .registry import REGISTRY, SCALARS, NodeKind, f32
 
 GREY = 0.8  # Blender's default base colour
 MIDDLE = 0.5  # of an unknown texture
-BUMP = "ShaderNodeBump"
 COLOR_INPUTS = ("Base Color", "Color")
 UNSUPPORTED_OUTPUTS = {
     "ShaderNodeTexCoord": {"Window"},
@@ -58,8 +57,6 @@ def report_unsupported(item: Node, used: set[str], material: str, issues: IssueL
 
 def _replacement(item: Node) -> str:
     """What stands in for an unknown node."""
-    if item.type == BUMP:
-        return "its Normal input is used"
     if "SHADER" in item.output_kinds.values():
         name = next((name for name in COLOR_INPUTS if name in item.inputs), None)
         return f"a diffuse surface of its {name} is used" if name else f"a grey diffuse surface of {GREY} is used"
@@ -67,9 +64,7 @@ def _replacement(item: Node) -> str:
 
 
 def fallback_kind(item: Node) -> NodeKind:
-    """A node kind for an unknown type: a diffuse of its colour, middle values, or the normal that a bump bends."""
-    if item.type == BUMP:
-        return NodeKind(_bump_base, lambda node, used: True, lambda node, used: set(), rows=True)
+    """A node kind for an unknown type: a diffuse of its colour, or middle values."""
 
     def function(x, props, points):
         if "SHADER" not in item.output_kinds.values():
@@ -79,11 +74,6 @@ def fallback_kind(item: Node) -> NodeKind:
         return {name: lobes for name, kind in item.output_kinds.items() if kind == "SHADER"}
 
     return NodeKind(function, lambda node, used: False, lambda node, used: set())
-
-
-def _bump_base(x, props, points):
-    """The normal before the bump."""
-    return {"Normal": points.facing(points.ns) if x.get("Normal") is None else x["Normal"]}
 
 
 def _middle(kind: str):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -33,6 +34,16 @@ class ObjectTable:
         )
 
 
+class Around(Protocol):
+    """Points beside those that are shaded: where a bump looks for the slope of its height."""
+
+    dp: tuple[np.ndarray, np.ndarray]  # two (n, 3) f32 across the geometric normal, a pixel long [m]
+
+    def at(self, axis: int, width: float) -> ShadePoints:
+        """The points moved by width times dp[axis]; positions and coordinates move, normals do not."""
+        ...
+
+
 @dataclass
 class ShadePoints:
     """n hits of one material. Only what the program's `needs` names has to be filled in beyond the first five.
@@ -58,6 +69,7 @@ class ShadePoints:
     is_camera: bool = False  # the path came straight from the camera
     is_photon: bool = False  # the path came from a light
     is_shadow: bool = False  # only transparency is asked
+    around: Any = None  # Around: neighbours for bump ("bump" in needs); None: there is no telling a slope
 
     def __len__(self) -> int:
         """Number of points."""
@@ -78,6 +90,8 @@ class ShadePoints:
                 value = {name: rows[index] for name, rows in value.items()}
             elif isinstance(value, np.ndarray) and item.name != "camera":
                 value = value[index]
+            elif item.name == "around":
+                value = None
             picked[item.name] = value
         return ShadePoints(**picked)
 

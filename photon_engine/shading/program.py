@@ -19,6 +19,7 @@ from . import nodes  # noqa: F401  (fills the registry)
 from .fallback import fallback_kind, report_unsupported
 from .points import ShadePoints, probe_points
 from .registry import REGISTRY, SCALARS, NodeKind, constant, convert, zero
+from .relief import SHIFT, displacement_normal, expand_bumps
 
 SHARP_KINDS = {layout.REFLECT, layout.GLASS, layout.REFRACT}
 ROUGH_KINDS = {layout.DIFFUSE, layout.TRANSLUCENT, *SHARP_KINDS}
@@ -47,6 +48,8 @@ class Call:
     def run(self, values: list, points: ShadePoints | None) -> dict[str, Any]:
         """The node's outputs; values: outputs of the calls before."""
         x = {name: fetch(source, values) for name, source in self.inputs.items()}
+        if SHIFT in self.props and points is not None and points.around is not None:
+            points = points.around.at(*self.props[SHIFT])
         if not (self.kind.rows or "SHADER" in self.node.output_kinds.values()):
             return self.kind.function(x, self.props, points)
         out = self.kind.function({name: transposed(value) for name, value in x.items()}, self.props, points)
@@ -78,12 +81,20 @@ class Program:
     live: list[int] = field(default_factory=list)  # calls to run for each batch, in order
     needs: frozenset[str] = frozenset()  # fields of ShadePoints that are read: "uv", "uv:NAME", "generated", ...
     constant: bool = True
+    relief: Program | None = None  # displacement shown as bump: its surface is the normal
     _probe: list[Lobe] = field(default_factory=list)
 
     def lobes(self, points: ShadePoints | None = None) -> list[Lobe]:
         """Lobes of a batch; of a constant program with one row for all (no points needed)."""
         if self.surface is None:
             return []
+        if self.relief is None or points is None:
+            return self.run(points)
+        normal = points.facing(self.relief.run(points).T).astype(np.float32)
+        return with_normal(self.run(replace(points, ns=normal)), normal)
+
+    def run(self, points: ShadePoints | None):
+        """The value of the surface socket."""
         values = [call.outputs for call in self.calls]
         for index in self.live:
             values[index] = self.calls[index].run(values, points)
@@ -154,28 +165,46 @@ def may_be_rough(lobe: Lobe, threshold: float) -> bool:
     return len(roughness) > 1 or bool(roughness[0] >= threshold and roughness[0] > 0.0)
 
 
+def with_normal(lobes: list[Lobe], normal: np.ndarray) -> list[Lobe]:
+    """The lobes, those about the surface's own normal now about this one, outward (n, 3).
+
+    It stands for the surface's shading normal, so that no lobe is darkened for leaning away from that.
+    """
+    fields = {layout.HAS_NORMAL: np.full(1, layout.DISPLACED), layout.NORMAL: normal}
+    return [
+        Lobe(lobe.kind, lobe.weight, {**fields, **lobe.fields}) if lobe.kind in ROUGH_KINDS else lobe for lobe in lobes
+    ]
+
+
 def compile_material(material: Material, images: list[Image], issues: IssueLog) -> Program:
     """A material's program; nodes that are not supported are reported once by material and node name."""
-    return compile_graph(material.graph, material.name, images, issues)
+    program = compile_graph(material.graph, material.name, images, issues)
+    bump = displacement_normal(material.graph) if material.displacement in ("BUMP", "BOTH") else None
+    if bump is not None and program.surface is not None:
+        program.relief = compile_graph(bump, material.name, images, issues, "VECTOR")
+        program.needs = program.needs | program.relief.needs
+        program.constant = False
+    return program
 
 
-def compile_graph(graph: Graph, name: str, images: list[Image], issues: IssueLog) -> Program:
-    """The program of a graph's surface."""
+def compile_graph(
+    graph: Graph, name: str, images: list[Image], issues: IssueLog, target: str = "SHADER"
+) -> Program:
+    """The program of a graph's surface; target: the kind of value that it gives."""
     if graph.volume is not None:
         issues.warn(name, "volumes are not supported yet", "the inside is empty")
-    if graph.displacement is not None:
-        issues.warn(name, "displacement is not supported yet", "the mesh is used as it is")
-    graph = surface_part(graph)
+    graph = expand_bumps(surface_part(graph))
     calls = [_make_call(graph, index, name, images, issues) for index in range(len(graph.nodes))]
-    surface = None if graph.surface is None else _source(graph, graph.surface, "SHADER")
+    surface = None if graph.surface is None else _source(graph, graph.surface, target)
     varying = _fold(calls)
     needs: set[str] = set()
     live = _reachable(calls, surface, varying)
     for index in live:
         call = calls[index]
-        needs |= call.kind.needs(call.node, call.props["used"])
+        needs |= call.kind.needs(call.node, call.props["used"]) | ({"bump"} if SHIFT in call.props else set())
     program = Program(name, calls, surface, live, frozenset(needs), not live)
-    program._probe = _probe(program)
+    if target == "SHADER":
+        program._probe = _probe(program)
     return program
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from ..geometry.flatten import Flattened
@@ -12,7 +14,7 @@ from ..shading.points import ShadePoints
 
 def fill_attributes(points: ShadePoints, needs: frozenset[str], scene: SceneData, flat: Flattened, hits: Hits) -> None:
     """Fill in the fields of points that the program's needs name."""
-    lookup = _Lookup(scene, flat, hits, points.instance)
+    lookup = _Lookup(scene, flat, hits.prim, _weights(flat, points.instance, hits.u, hits.v, 1.0), points.instance)
     for need in sorted(needs):
         kind, _, name = need.partition(":")
         if kind == "uv":
@@ -53,18 +55,102 @@ def corner_normals(mesh: Mesh) -> np.ndarray:
     return np.repeat((face / np.where(size > 0.0, size, 1.0))[:, None], 3, axis=1)
 
 
+def _weights(flat: Flattened, instance: np.ndarray, u: np.ndarray, v: np.ndarray, total: float) -> np.ndarray:
+    """Weights (n, 3) f32 of the corners in the mesh: total - u - v, u, v; mirrored instances have 1 and 2 swapped."""
+    swap = flat.mirrored[instance]
+    u, v = np.where(swap, v, u), np.where(swap, u, v)
+    return np.stack([total - u - v, u, v], axis=1).astype(np.float32)
+
+
+class Neighbours:
+    """Points a pixel's width beside the hits, in the planes of their triangles, for bump: see `points.Around`.
+
+    Coordinates are continued linearly beyond the triangle, as ray differentials do.
+    """
+
+    def __init__(
+        self, points: ShadePoints, needs: frozenset[str], scene: SceneData, flat: Flattened, hits: Hits
+    ) -> None:
+        self.points = points
+        self.needs = needs
+        self.scene, self.flat, self.prim = scene, flat, hits.prim
+        self.dp = tangents_of_length(points.facing(points.ng), pixel_width(scene, points.p))
+        self._found: dict[tuple[int, float], ShadePoints] = {}
+
+    def at(self, axis: int, width: float) -> ShadePoints:
+        """The points moved by width dp[axis]."""
+        key = (axis, width)
+        if key not in self._found:
+            self._found[key] = self._moved(self.dp[axis] * np.float32(width))
+        return self._found[key]
+
+    def _moved(self, offset: np.ndarray) -> ShadePoints:
+        """The points moved by offset (n, 3) within the planes of their triangles."""
+        points, geometry = self.points, self.flat.geometry
+        corner = geometry.positions[geometry.triangles[self.prim]].astype(np.float64)
+        u, v = in_triangle(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0], offset)
+        weights = _weights(self.flat, points.instance, u, v, 0.0)
+        lookup = _Lookup(self.scene, self.flat, self.prim, weights, points.instance)
+        moved = replace(points, p=points.p + offset, uvs={}, attributes={})
+        for need in self.needs:
+            kind, _, name = need.partition(":")
+            if kind == "uv":
+                slope = lookup.corners(lambda mesh, layer=name: mesh.uvs.get(layer or mesh.active_uv), 2)
+                moved.uvs[name] = points.uvs[name] + slope
+            elif kind == "attribute":
+                slope = lookup.corners(lambda mesh, key=name: mesh.attributes.get(key), 4)
+                moved.attributes[name] = points.attributes[name] + slope
+            elif kind == "generated":
+                moved.generated = points.generated + lookup.vertices(generated_coordinates)
+            elif kind == "object":
+                moved.object = _object_coordinates(moved)
+        return moved
+
+
+def tangents_of_length(n: np.ndarray, length: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Two vectors (n, 3) f32 of a length (n,) across the unit normals n and each other: (1, 1, 1) x n and n x that.
+
+    The frame of Cycles' ray differentials, so that differences over a step err alike.
+    """
+    x, y, z = n.T
+    even = (x == y) & (x == z)
+    s = np.stack([z - y, np.where(even, x + z, x - z), np.where(even, -y - x, y - x)], axis=1)
+    s /= np.linalg.norm(s, axis=1, keepdims=True)
+    return (s * length[:, None]).astype(np.float32), (np.cross(n, s) * length[:, None]).astype(np.float32)
+
+
+def in_triangle(e1: np.ndarray, e2: np.ndarray, offset: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(u, v) f64 with u e1 + v e2 = offset, all (n, 3), offset in the plane of the edges."""
+    a, b, c = (np.einsum("ij,ij->i", x, y) for x, y in ((e1, e1), (e1, e2), (e2, e2)))
+    p, q = np.einsum("ij,ij->i", e1, offset), np.einsum("ij,ij->i", e2, offset)
+    det = np.maximum(a * c - b * b, 1e-300)
+    return (c * p - b * q) / det, (a * q - b * p) / det
+
+
+# shifts below this part of the coordinates would be lost in single precision
+LEAST_SHIFT = 2e-5
+
+
+def pixel_width(scene: SceneData, p: np.ndarray) -> np.ndarray:
+    """Width [m] of a camera's pixel at world points (n, 3), for photons too: both must see the same slopes."""
+    camera, frame = scene.camera, scene.frame
+    across = (camera.window[1] - camera.window[0]) / frame.width
+    up = (camera.window[3] - camera.window[2]) / frame.height
+    width = np.full(len(p), np.sqrt(across * up))
+    if camera.kind == "PERSP":
+        width = width * np.linalg.norm(p - camera.matrix[:3, 3], axis=1)
+    return np.maximum(width, LEAST_SHIFT * np.abs(p).max(axis=1, initial=1e-3)).astype(np.float32)
+
+
 class _Lookup:
     """Interpolates attributes of meshes at hits, mesh by mesh."""
 
-    def __init__(self, scene: SceneData, flat: Flattened, hits: Hits, instance: np.ndarray) -> None:
+    def __init__(self, scene: SceneData, flat: Flattened, prim: np.ndarray, weights, instance: np.ndarray) -> None:
         self.scene = scene
-        self.n = len(hits.prim)
+        self.n = len(prim)
         mesh = np.array([item.mesh for item in scene.instances], np.int32)
-        # mirrored instances have corners 1 and 2 swapped
-        swap = flat.mirrored[instance]
-        u, v = np.where(swap, hits.v, hits.u), np.where(swap, hits.u, hits.v)
-        self.weights = np.stack([1.0 - u - v, u, v], axis=1).astype(np.float32)
-        self.triangle = hits.prim - flat.first_triangle[instance]
+        self.weights = weights
+        self.triangle = prim - flat.first_triangle[instance]
         which = mesh[instance]
         self.groups = [(m, np.flatnonzero(which == m)) for m in np.unique(which)]
 

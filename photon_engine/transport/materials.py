@@ -15,7 +15,7 @@ from ..issues import IssueLog
 from ..scene.data import SceneData
 from ..shading.points import ObjectTable, ShadePoints, probe_points
 from ..shading.program import Program, compile_material
-from .attributes import fill_attributes
+from .attributes import Neighbours, fill_attributes
 
 DEFAULT_GREY = 0.8  # what Blender shows for a slot without a material
 
@@ -95,4 +95,6 @@ class MaterialTable:
             **path,
         )
         fill_attributes(points, program.needs, self.scene, self.flat, hits)
+        if "bump" in program.needs:
+            points.around = Neighbours(points, program.needs, self.scene, self.flat, hits)
         return pack(program.lobes(points), n, self.slots)
