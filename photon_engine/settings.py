@@ -107,6 +107,13 @@ class Settings:
         0, "Threads", "Worker threads; 0 means one for each core", min=0, max=1024, group="Performance"
     )
 
+    plan: bool = setting(
+        True,
+        "Leave Out the Needless",
+        "Do only what this scene and the pictures asked for need; off: run everything, for the same picture",
+        group="Performance",
+    )
+
     @classmethod
     def from_strings(cls, pairs: dict[str, str]) -> Settings:
         """Settings from ``name -> text``; a RenderError names an unknown setting or a bad value."""
@@ -137,10 +144,20 @@ def parse_value(name: str, text: str) -> Any:
     if name not in FIELDS:
         raise RenderError(f"--set {name}", "there is no setting of that name", f"one of: {', '.join(FIELDS)}")
     kind = type(FIELDS[name].default)
+    if kind is bool:
+        return parse_switch(name, text)
     try:
         return text.upper() if kind is str else kind(text)
     except ValueError:
         raise RenderError(f"--set {name}", f"'{text}' is not a {kind.__name__}", "give a number") from None
+
+
+def parse_switch(name: str, text: str) -> bool:
+    """A switch from text: on, off, true, false, yes, no, 1, 0."""
+    states = dict.fromkeys(("on", "true", "yes", "1"), True) | dict.fromkeys(("off", "false", "no", "0"), False)
+    if text.lower() not in states:
+        raise RenderError(f"--set {name}", f"'{text}' is neither on nor off", "write on or off")
+    return states[text.lower()]
 
 
 def check_value(item: dataclasses.Field, value: Any) -> None:
@@ -150,5 +167,8 @@ def check_value(item: dataclasses.Field, value: Any) -> None:
         names = [entry[0] for entry in meta["items"]]
         if value not in names:
             raise RenderError(item.name, f"'{value}' is not a choice", f"one of: {', '.join(names)}")
+    elif isinstance(item.default, bool):
+        if not isinstance(value, bool | int) or value not in (0, 1):
+            raise RenderError(item.name, f"{value!r} is neither on nor off", "choose True or False")
     elif not meta["min"] <= value <= meta["max"]:
         raise RenderError(item.name, f"{value} is outside [{meta['min']}, {meta['max']}]", "choose a value inside")

@@ -50,6 +50,9 @@ CLASS_NULL = 0  # goes straight through
 CLASS_SHARP = 1  # S: delta or near-delta
 CLASS_ROUGH = 2  # D
 
+# below this roughness a rough lobe is so narrow that few photons of a map arrive from where it looks
+NARROW_ROUGHNESS = 0.5
+
 
 class LobeRows(NamedTuple):
     """Rows of lobes, as the kernels read them."""

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from ..film.accumulate import Film
+from ..film.passes import ALL_NAMES
 from ..issues import IssueLog, RenderError, StopReason
 from ..scene.data import SceneData
 from ..settings import Settings
@@ -14,14 +16,16 @@ from .checks import check_scene
 from .listener import Listener, Progress, memory, seconds_left
 
 # settings that say how long and how fast, not what: films that differ in these can be merged
-NOT_PICTURE = ("passes", "seconds", "seed", "threads")
+NOT_PICTURE = ("passes", "seconds", "seed", "threads", "plan")
 
 
-def default_renderer(scene: SceneData, settings: Settings, issues: IssueLog) -> Any:
+def default_renderer(
+    scene: SceneData, settings: Settings, issues: IssueLog, outputs: frozenset[str] = ALL_NAMES
+) -> Any:
     """The photon mapper; imported when first needed, since it compiles kernels."""
     from ..transport.renderer import Renderer
 
-    return Renderer(scene, settings, issues)
+    return Renderer(scene, settings, issues, outputs)
 
 
 class _CancelledEarly(Exception):
@@ -31,8 +35,8 @@ class _CancelledEarly(Exception):
 class Session:
     """Renders a scene into a film.
 
-    After `render`: `film`, `stop`, `durations` (seconds of each pass), `stages` (seconds by name), `statistics`.
-    An exception leaves `film` with all passes that were finished.
+    After `render`: `film`, `stop`, `durations` (seconds of each pass), `stages` (seconds by name), `statistics`,
+    `plan`. An exception leaves `film` with all passes that were finished.
     """
 
     def __init__(
@@ -41,16 +45,20 @@ class Session:
         settings: Settings,
         issues: IssueLog,
         renderer_factory: Callable[[SceneData, Settings, IssueLog], Any] | None = None,
+        outputs: frozenset[str] = ALL_NAMES,
     ) -> None:
+        """outputs : names of film.passes; the others are not computed, and stay black."""
         self.scene = scene
         self.settings = settings
         self.issues = issues
-        self.renderer_factory = renderer_factory or default_renderer
+        self.outputs = outputs
+        self.renderer_factory = renderer_factory or partial(default_renderer, outputs=outputs)
         self.film: Film | None = None
         self.stop: StopReason | None = None
         self.durations: list[float] = []
         self.stages: dict[str, float] = {}
         self.statistics: dict[str, Any] = {}
+        self.plan: Any = None  # the renderer's plan.Plan
 
     def new_film(self, moments: bool = True) -> Film:
         """An empty film of this scene and these settings."""
@@ -86,6 +94,7 @@ class Session:
             self.stop = self._run(renderer, listener, max(first, self.film.next_pass))
         finally:
             self.statistics = dict(renderer.statistics)
+            self.plan = getattr(renderer, "plan", None)
             renderer.close()
         return self.stop
 

@@ -5,14 +5,21 @@ from __future__ import annotations
 from collections import Counter
 from typing import Any
 
+from ..film.passes import ALL_NAMES
 from ..issues import IssueLog
+from ..plan import Line, make_plan
 from ..scene.data import SceneData
 from ..settings import Settings
+from ..shading.program import Program, compile_material
+from ..survey import survey
 
 
-def summarize(scene: SceneData, settings: Settings, issues: IssueLog) -> dict[str, Any]:
+def summarize(
+    scene: SceneData, settings: Settings, issues: IssueLog, outputs: frozenset[str] = ALL_NAMES
+) -> dict[str, Any]:
     """Plain values; compiles the materials, so that what they do not support comes into `issues`."""
-    compile_materials(scene, issues)
+    facts = survey(scene, settings.specular_threshold, compile_materials(scene, issues))
+    plan = make_plan(scene, settings, outputs, facts)
     used = Counter(instance.mesh for instance in scene.instances)
     triangles = {i: len(mesh.triangles) for i, mesh in enumerate(scene.meshes)}
     frame, camera = scene.frame, scene.camera
@@ -30,16 +37,14 @@ def summarize(scene: SceneData, settings: Settings, issues: IssueLog) -> dict[st
         "nodes": dict(Counter(node.type for material in scene.materials for node in material.graph.nodes)),
         "lights": [f"{light.name} ({light.kind})" for light in scene.lights],
         "world": scene.world.name,
+        "plan": [line._asdict() for line in plan.lines()],
         "settings": settings.to_dict(),
     }
 
 
-def compile_materials(scene: SceneData, issues: IssueLog) -> None:
+def compile_materials(scene: SceneData, issues: IssueLog) -> list[Program]:
     """Compile each material as a render does, for its issues."""
-    from ..shading.program import compile_material
-
-    for material in scene.materials:
-        compile_material(material, scene.images, issues)
+    return [compile_material(material, scene.images, issues) for material in scene.materials]
 
 
 def summary_text(record: dict[str, Any], issues: IssueLog) -> str:
@@ -62,6 +67,8 @@ def summary_text(record: dict[str, Any], issues: IssueLog) -> str:
         "photons": f"{settings['caustic_photons']} caustic, {settings['diffuse_photons']} diffuse in each pass",
     }
     lines = [f"{name + ':':<11}{text}" for name, text in rows.items()]
+    lines.append("plan:")
+    lines += [f"  {Line(**item)}" for item in record["plan"]]
     lines.append("issues:    " + ("none" if not len(issues) else ""))
     lines += [f"  {issue.severity.value}: {issue}" for issue in issues]
     return "\n".join(lines)

@@ -36,6 +36,7 @@ GUIDE_PASSES = (
 )
 PASSES = (COMBINED, *LIGHT_PASSES, *GUIDE_PASSES)
 BY_NAME = {item.name: item for item in PASSES}
+ALL_NAMES = frozenset(BY_NAME)
 LIGHT_NAMES = tuple(item.name for item in LIGHT_PASSES)
 GUIDE_NAMES = tuple(item.name for item in GUIDE_PASSES)
 

@@ -128,6 +128,14 @@ class Program:
         """Whether some lobe may have a roughness of at least the threshold."""
         return any(may_be_rough(lobe, threshold) for lobe in self._probe if may_be_nonzero(lobe.weight))
 
+    def may_be_narrow(self, threshold: float) -> bool:
+        """Whether some rough lobe may reflect or refract too narrowly for a photon map."""
+        return any(
+            lobe.kind in SHARP_KINDS and may_be_rough(lobe, threshold) and may_be_sharp(lobe, layout.NARROW_ROUGHNESS)
+            for lobe in self._probe
+            if may_be_nonzero(lobe.weight)
+        )
+
     def emission(self, points: ShadePoints | None = None) -> np.ndarray:
         """Radiance of the EMISSION lobes, (n | 1, 3) f32, without what layers above absorb."""
         total = np.zeros((1, 3), np.float32)

@@ -76,7 +76,7 @@ def _render_tile(scene: RenderScene, run: EyeRun, maps: Maps, picture: Tile, can
         surfaces = scene.surfaces(paths.o, paths.d, paths.t_max, is_camera=bounce == 0)
         rays += len(paths.key)
         points = empty_points(len(paths.key))
-        n, ended = eye_step(scene.laws, scene.rules, scene.lights, surfaces, paths, bounce, points, tile)
+        n, ended = eye_step(scene.laws, scene.rules, scene.seen_lights, surfaces, paths, bounce, points, tile)
         if ended:
             rays += _light_points(scene, run, maps, surfaces, head(points, ended), tile)
         paths = head(paths, n)
@@ -112,7 +112,7 @@ def _shadow_rays(scene: RenderScene, run: EyeRun, surfaces: Surfaces, points: Vi
     )
     rays = head(rays, count)
     traced = count
-    if not scene.see_through_shadows:
+    if not scene.plan.see_through:
         occluded = scene.intersector.occluded(rays.o, rays.d, rays.t_max)
         add_unoccluded(rays, occluded, count, tile.direct)
         return traced

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from ..bsdf.layout import CLASS_ROUGH, GLASS, REFLECT, REFRACT, ROUGHNESS
+from ..bsdf.layout import CLASS_ROUGH, GLASS, NARROW_ROUGHNESS, REFLECT, REFRACT, ROUGHNESS
 from ..jit import kernel
-
-# below this roughness a lobe is so narrow that few photons of a map arrive from where it looks
-NARROW_ROUGHNESS = 0.5
 
 
 @kernel

@@ -44,8 +44,6 @@ class MaterialTable:
         self.varying = [m for m, program in enumerate(self.programs) if used[m] and not program.constant]
         self.objects = ObjectTable.from_instances(scene.instances) if self.varying else None
         self.has_sharp = self._flags(lambda program: program.has_sharp(threshold), False)
-        self.has_rough = self._flags(lambda program: program.has_rough, True)
-        self.has_null = self._flags(lambda program: program.has_null, False)
         self.emits = self._flags(lambda program: program.emits, False)
 
     def _flags(self, ask, default: bool) -> np.ndarray:

@@ -83,7 +83,7 @@ def _visible_points(scene: RenderScene, settings: Settings) -> tuple[np.ndarray,
     for bounce in range(settings.max_bounces):
         surfaces = scene.surfaces(paths.o, paths.d, paths.t_max, is_camera=bounce == 0)
         points = empty_points(len(paths.key))
-        n, ended = eye_step(scene.laws, scene.rules, scene.lights, surfaces, paths, bounce, points, tile)
+        n, ended = eye_step(scene.laws, scene.rules, scene.seen_lights, surfaces, paths, bounce, points, tile)
         if ended:
             hit = points.hit[:ended]
             p, ng, ns = (np.empty((ended, 3), np.float32) for _ in range(3))

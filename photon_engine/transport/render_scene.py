@@ -8,13 +8,16 @@ import numpy as np
 
 from ..bsdf.layout import EMISSION
 from ..camera.rays import build_camera
+from ..film.passes import ALL_NAMES
 from ..geometry.flatten import bounding_sphere, flatten
 from ..geometry.intersect import Hits, Intersector
 from ..issues import IssueLog
 from ..lights.table import Emitters, build_lights
 from ..lights.targets import build_targets
+from ..plan import make_plan
 from ..scene.data import SceneData
 from ..settings import Settings
+from ..survey import survey
 from .eye_kernels import EyeRules
 from .materials import MaterialTable
 from .photon_kernels import Laws, Surfaces
@@ -26,7 +29,14 @@ MOST_EMITTERS_AT_ONCE = 1 << 16
 class RenderScene:
     """Everything that stays the same from pass to pass."""
 
-    def __init__(self, scene: SceneData, settings: Settings, issues: IssueLog, stage: Callable[[str], None]) -> None:
+    def __init__(
+        self,
+        scene: SceneData,
+        settings: Settings,
+        issues: IssueLog,
+        stage: Callable[[str], None],
+        outputs: frozenset[str] = ALL_NAMES,
+    ) -> None:
         stage("Preparing geometry")
         self.frame = scene.frame
         self.flat = flatten(scene, issues)
@@ -46,7 +56,10 @@ class RenderScene:
             issues,
         )
         self.camera = build_camera(scene.camera, scene.frame, self.flat.origin)
-        self.targets = self._targets()
+        facts = survey(scene, settings.specular_threshold, self.materials.programs)
+        self.plan = make_plan(scene, settings, outputs, facts if len(self.lights.kind) else facts.unlit())
+        self.seen_lights = self.lights if self.plan.sees_lights else self.lights._replace(kind=self.lights.kind[:0])
+        self.targets = self._targets() if self.plan.caustic_map else None
         self.laws = Laws(settings.specular_threshold, self.flat.radius, settings.diffuse_bounces)
         visible = np.array([item.visible_camera for item in scene.instances] + [True], bool)
         self.casts_shadow = np.array([item.visible_shadow for item in scene.instances] + [True], bool)
@@ -56,7 +69,6 @@ class RenderScene:
         self.rules = EyeRules(
             scene.frame.transparent, visible, holdout, np.ascontiguousarray(forward, np.float64), eye
         )
-        self.see_through_shadows = bool(self.materials.has_null.any() or not self.casts_shadow.all())
 
     def surfaces(self, o: np.ndarray, d: np.ndarray, t_max: np.ndarray | None = None, **path) -> Surfaces:
         """What rays hit and how it scatters; o, d : (n, 3) f32."""
@@ -104,9 +116,11 @@ class RenderScene:
         return total / len(samples)
 
     def _targets(self):
-        """Bounding spheres of the instances that have a specular surface."""
+        """Bounding spheres of the instances that have a specular surface; of all instances when none has one."""
         geometry = self.flat.geometry
-        sharp = self.materials.has_sharp[geometry.material] if len(geometry.material) else np.zeros(0, bool)
+        sharp = self.materials.has_sharp[geometry.material]
+        if not sharp.any():
+            sharp = np.ones(len(geometry.material), bool)
         centers, radii = [], []
         for i in np.unique(geometry.instance[sharp]):
             first, last = self.flat.first_triangle[i], self.flat.first_triangle[i + 1]
@@ -114,8 +128,6 @@ class RenderScene:
             center, radius = bounding_sphere(geometry.positions[inside.ravel()])
             centers.append(center)
             radii.append(radius)
-        if not centers:
-            return None
         return build_targets(self.lights, np.array(centers), np.array(radii))
 
 

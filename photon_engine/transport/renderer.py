@@ -12,10 +12,12 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from ..issues import IssueLog
+from ..film.passes import ALL_NAMES
+from ..issues import IssueLog, log
 from ..photons.batch import Deposits
 from ..photons.map import PhotonMap, build_map
 from ..photons.radius import radius_factor
+from ..plan import Plan
 from ..sampling.rng import STREAM_EYE, make_key
 from ..scene.data import SceneData
 from ..settings import Settings
@@ -37,8 +39,11 @@ PASS_NAMES = (
 class Renderer:
     """Renders passes of a scene: photons out, maps built, eye paths in."""
 
-    def __init__(self, scene: SceneData, settings: Settings, issues: IssueLog) -> None:
+    def __init__(
+        self, scene: SceneData, settings: Settings, issues: IssueLog, outputs: frozenset[str] = ALL_NAMES
+    ) -> None:
         self.data = scene
+        self.outputs = outputs
         self.settings = settings
         self.issues = issues
         self.statistics: dict = {"seconds": {}, "photons": {}, "rays": {}, "flux": {}, "map_bytes": 0}
@@ -47,12 +52,12 @@ class Renderer:
     def prepare(self, stage: Callable[[str], None]) -> None:
         """Everything that passes share. stage(text) is told what is being done."""
         start = time.perf_counter()
-        self.scene = RenderScene(self.data, self.settings, self.issues, stage)
+        self.scene = RenderScene(self.data, self.settings, self.issues, stage, self.outputs)
+        log.info("%s", self.plan)
         self._count("prepare", start)
-        self.caustics, self.diffuse = self._needed()
         stage("Pilot pass")
         start = time.perf_counter()
-        modes = [CAUSTIC] * self.caustics + [DIFFUSE] * self.diffuse
+        modes = [CAUSTIC] * self.plan.caustic_map.runs + [DIFFUSE] * self.plan.diffuse_map.runs
         self.pilot: Pilot = run_pilot(self.scene, self._pool, self.settings, modes)
         self._count("pilot", start)
 
@@ -73,42 +78,39 @@ class Renderer:
         self.statistics["rays"]["eye"] = self.statistics["rays"].get("eye", 0) + rays
         if cancelled():
             return None
+        if not self.plan.direct:
+            picture.direct[:] = 0.0  # a final gather's rays found a part of it
         return {name: field.reshape(height, width, -1) for name, field in zip(PASS_NAMES, picture, strict=True)}
 
     def close(self) -> None:
         """Let the threads go."""
         self._pool.shutdown(wait=True, cancel_futures=True)
 
-    def _needed(self) -> tuple[bool, bool]:
-        """Whether caustic photons and diffuse photons can add anything."""
-        lit = len(self.scene.lights.kind) > 0
-        rough = bool(self.scene.materials.has_rough.any())
-        caustics = lit and rough and self.scene.targets is not None and self.settings.caustic_photons > 0
-        diffuse = lit and rough and self.settings.diffuse_bounces > 0 and self.settings.diffuse_photons > 0
-        return bool(caustics), bool(diffuse)
+    @property
+    def plan(self) -> Plan:
+        """What is done and left out; known once the scene is prepared."""
+        return self.scene.plan
 
     def _eye_run(self, i: int) -> EyeRun:
         """What the eye pass of pass i does."""
-        lit = len(self.scene.lights.kind) > 0
-        gather_all = self.diffuse and self.settings.final_gather == "ALL"
-        gather_narrow = self.diffuse and self.settings.final_gather == "GLOSSY"
+        plan = self.plan
         return EyeRun(
             make_key(self.settings.seed, i, STREAM_EYE),
             self.settings.max_bounces,
-            self.settings.light_samples if lit else 0,
-            lit,
-            gather_all,
-            gather_narrow,
+            self.settings.light_samples if plan.direct else 0,
+            plan.lobe_rays.runs,
+            plan.gather_all.runs,
+            plan.gather_narrow.runs,
         )
 
     def _maps(self, i: int, caustic_radius: Radius, diffuse_radius: Radius, cancelled: Callable[[], bool]) -> Maps:
         """Trace the photons of pass i and sort them into maps."""
         caustic = diffuse = first = None
-        if self.caustics:
+        if self.plan.caustic_map:
             deposits = self._trace(i, CAUSTIC, cancelled)
             caustic = self._build(deposits, caustic_radius)
-        if self.diffuse and not cancelled():
-            gathering = self.settings.final_gather != "OFF"
+        if self.plan.diffuse_map and not cancelled():
+            gathering = self.plan.gathers
             deposits = self._trace(i, GLOBAL if gathering else DIFFUSE, cancelled)
             if gathering:
                 later = deposits.seen > 1

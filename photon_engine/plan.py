@@ -1,0 +1,227 @@
+"""What a scene and the pictures asked for need, decided before anything is rendered, each decision with its reason.
+
+`make_plan` is a pure function: scene, settings and the names of the pictures in, a frozen Plan out. Transport does what
+the plan says and nothing else; people read it as lines ("Caustic map: left out, no specular surface"). A decision may
+only leave out what adds exactly nothing: `plan=off` runs everything and gives the same pictures.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from .film.passes import ALL_NAMES, LIGHT_NAMES
+from .scene.data import SceneData
+from .settings import Settings
+from .survey import Survey, survey
+
+OFF = "everything runs (plan=off)"
+
+
+@dataclass(frozen=True)
+class Decision:
+    """Whether something runs, and why or why not, in words."""
+
+    runs: bool
+    reason: str
+
+    def __bool__(self) -> bool:
+        """Whether it runs."""
+        return self.runs
+
+
+class Line(NamedTuple):
+    """One decision for people."""
+
+    name: str
+    runs: bool
+    reason: str
+
+    def __str__(self) -> str:
+        """`Caustic map: left out, no specular surface`."""
+        return f"{self.name}: {'runs' if self.runs else 'left out'}, {self.reason}"
+
+
+LABELS = {
+    "direct": "Direct light",
+    "lobe_rays": "Rays from lobes",
+    "see_through": "See-through shadows",
+    "caustic_map": "Caustic map",
+    "diffuse_map": "Diffuse map",
+    "gather_all": "Final gather everywhere",
+    "gather_narrow": "Final gather on glossy surfaces",
+    "emission": "Emission",
+    "environment": "Environment",
+    "lens": "Depth of field",
+    "textures": "Textures",
+}
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a render does and leaves out. Every field but `outputs` is a Decision."""
+
+    outputs: frozenset[str]  # pictures asked for, names of film.passes; Combined stands for all light passes
+    direct: Decision
+    lobe_rays: Decision
+    see_through: Decision
+    caustic_map: Decision
+    diffuse_map: Decision
+    gather_all: Decision
+    gather_narrow: Decision
+    emission: Decision
+    environment: Decision
+    lens: Decision
+    textures: Decision
+
+    @property
+    def gathers(self) -> bool:
+        """Whether some light is looked up one bounce away: its map then holds first hits too."""
+        return bool(self.gather_all or self.gather_narrow)
+
+    @property
+    def sees_lights(self) -> bool:
+        """Whether eye paths look for lamps and sky."""
+        return bool(self.emission or self.environment)
+
+    def lines(self) -> list[Line]:
+        """All decisions, for the log and for panels."""
+        choices = [(label, getattr(self, name)) for name, label in LABELS.items()]
+        return [Line(label, choice.runs, choice.reason) for label, choice in choices]
+
+    def __str__(self) -> str:
+        """One line: what is left out."""
+        left = [f"{line.name} ({line.reason})" for line in self.lines() if not line.runs]
+        return f"Left out: {', '.join(left) or 'nothing'}"
+
+
+class Rule:
+    """Makes decisions: what is impossible is always left out, what is needless only with the plan on."""
+
+    def __init__(self, plan: bool, outputs: frozenset[str]) -> None:
+        self.plan = plan
+        self.outputs = outputs | (frozenset(LIGHT_NAMES) if "Combined" in outputs else frozenset())
+
+    def decide(self, why: str, impossible: Sequence[tuple], needless: Sequence[tuple] = ()) -> Decision:
+        """The first reason that holds leaves it out. impossible, needless : (condition, reason)."""
+        for holds, reason in (*impossible, *(needless if self.plan else ())):
+            if holds:
+                return Decision(False, reason)
+        return Decision(True, why if self.plan else OFF)
+
+    def unasked(self, name: str) -> tuple[bool, str]:
+        """Whether a picture is not asked for, nor Combined."""
+        return name not in self.outputs, f"{name} is not asked for"
+
+
+def make_plan(
+    scene: SceneData, settings: Settings, outputs: Iterable[str] = ALL_NAMES, known: Survey | None = None
+) -> Plan:
+    """What to do to make `outputs` (names of film.passes) of a scene.
+
+    known : what was found out about the scene, if that was done already; it costs a compilation of the materials.
+    """
+    facts = survey(scene, settings.specular_threshold) if known is None else known
+    outputs = frozenset(outputs)
+    rule = Rule(settings.plan, outputs)
+    maps = _maps(rule, facts, settings)
+    gathers = _gathers(rule, facts, settings, maps["diffuse_map"])
+    direct = _direct(rule, facts)
+    shadows = [(not direct, "no direct light"), (not facts.see_through, "every surface stops light")]
+    gathering = bool(gathers["gather_all"] or gathers["gather_narrow"])
+    met = [
+        (not direct and not gathering, "neither direct light nor a final gather"),
+        (not facts.can_be_hit and not gathering, "no ray can meet a light: all are points or parallel beams"),
+    ]
+    why = "they gather diffuse light" if gathering else f"they may meet {names(facts.can_be_hit)}"
+    return Plan(
+        outputs,
+        direct=direct,
+        lobe_rays=rule.decide(why, [(not facts.lit, NO_LIGHT)], met),
+        see_through=rule.decide(f"light passes {names(facts.see_through)}", [(not facts.lit, NO_LIGHT)], shadows),
+        **maps,
+        **gathers,
+        **_seen(rule, facts),
+        lens=_lens(scene),
+        textures=_textures(facts),
+    )
+
+
+NO_LIGHT = "nothing shines"
+NO_ROUGH = "no rough surface to receive light"
+
+
+def _direct(rule: Rule, facts: Survey) -> Decision:
+    """Shadow rays from visible points."""
+    needless = [rule.unasked("Direct"), (not facts.rough, NO_ROUGH)]
+    return rule.decide(f"{names(facts.lit)} on {names(facts.rough)}", [(not facts.lit, NO_LIGHT)], needless)
+
+
+def _maps(rule: Rule, facts: Survey, settings: Settings) -> dict[str, Decision]:
+    """Photon maps."""
+    dark = (not facts.lit, NO_LIGHT)
+    empty = (not facts.surfaces, "no surface")
+    caustic = rule.decide(
+        f"{names(facts.sharp)} may focus light on {names(facts.rough)}",
+        [dark, empty, (settings.caustic_photons == 0, "Caustic Photons is 0")],
+        [rule.unasked("Caustic"), (not facts.sharp, "no specular surface"), (not facts.rough, NO_ROUGH)],
+    )
+    diffuse = rule.decide(
+        f"light goes on between {names(facts.rough)}",
+        [
+            dark, empty, (settings.diffuse_photons == 0, "Diffuse Photons is 0"),
+            (settings.diffuse_bounces == 0, "Diffuse Bounces is 0"),
+        ],
+        [rule.unasked("Diffuse"), (not facts.rough, NO_ROUGH), (settings.max_bounces < 2, "Bounces is 1")],
+    )  # fmt: skip
+    return {"caustic_map": caustic, "diffuse_map": diffuse}
+
+
+def _gathers(rule: Rule, facts: Survey, settings: Settings, diffuse: Decision) -> dict[str, Decision]:
+    """Final gathers; off is off."""
+    mode = settings.final_gather
+    other = f"Final Gather is {mode.capitalize()}"
+    none = (not diffuse, "no diffuse map")
+    narrow = rule.decide(
+        f"{names(facts.narrow)} reflects too narrowly for the map",
+        [(mode != "GLOSSY", other), none],
+        [(not facts.narrow, "no narrow glossy surface")],
+    )
+    return {
+        "gather_all": rule.decide("Final Gather is All", [(mode != "ALL", other), none]),
+        "gather_narrow": narrow,
+    }
+
+
+def _seen(rule: Rule, facts: Survey) -> dict[str, Decision]:
+    """What eye paths see of lights. One look along a ray finds lamps and sky, so the one asked for brings the other."""
+    emission = rule.decide(
+        f"{names(facts.seen)} can be seen", [], [rule.unasked("Emission"), (not facts.seen, "no visible source")]
+    )
+    environment = rule.decide(
+        f"{names(facts.sky)} gives light", [], [rule.unasked("Environment"), (not facts.sky, "the world is black")]
+    )
+    return {"emission": emission, "environment": environment}
+
+
+def _lens(scene: SceneData) -> Decision:
+    """Depth of field: the camera's kernel draws no lens point for a pinhole."""
+    radius = scene.camera.aperture_radius
+    return Decision(radius > 0.0, f"aperture of {radius * 1e3:.3g} mm" if radius > 0.0 else "a pinhole camera")
+
+
+def _textures(facts: Survey) -> Decision:
+    """Lookups at hits (UVs, attributes, images)."""
+    if not facts.varying:
+        return Decision(False, "no material varies over a surface: no UVs, attributes or images are looked up")
+    reads = ", ".join(sorted(facts.needs)) or "directions"
+    return Decision(True, f"{names(facts.varying)} reads {reads}")
+
+
+def names(items: Sequence[str], most: int = 2) -> str:
+    """`Glass`, `Glass and Metal`, `Glass, Metal and 3 more`."""
+    items = list(items)
+    if len(items) > most:
+        return f"{', '.join(items[:most])} and {len(items) - most} more"
+    return " and ".join(items)
