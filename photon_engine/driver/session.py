@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 from ..film.accumulate import Film
@@ -19,9 +18,7 @@ from .listener import Listener, Progress, memory, seconds_left
 NOT_PICTURE = ("passes", "seconds", "seed", "threads", "plan")
 
 
-def default_renderer(
-    scene: SceneData, settings: Settings, issues: IssueLog, outputs: frozenset[str] = ALL_NAMES
-) -> Any:
+def default_renderer(scene: SceneData, settings: Settings, issues: IssueLog, outputs: frozenset[str]) -> Any:
     """The photon mapper; imported when first needed, since it compiles kernels."""
     from ..transport.renderer import Renderer
 
@@ -44,7 +41,7 @@ class Session:
         scene: SceneData,
         settings: Settings,
         issues: IssueLog,
-        renderer_factory: Callable[[SceneData, Settings, IssueLog], Any] | None = None,
+        renderer_factory: Callable[[SceneData, Settings, IssueLog, frozenset[str]], Any] | None = None,
         outputs: frozenset[str] = ALL_NAMES,
     ) -> None:
         """outputs : names of film.passes; the others are not computed, and stay black."""
@@ -52,7 +49,7 @@ class Session:
         self.settings = settings
         self.issues = issues
         self.outputs = outputs
-        self.renderer_factory = renderer_factory or partial(default_renderer, outputs=outputs)
+        self.renderer_factory = renderer_factory or default_renderer
         self.film: Film | None = None
         self.stop: StopReason | None = None
         self.durations: list[float] = []
@@ -89,7 +86,7 @@ class Session:
         if film is not None:
             fresh._check_meta(self.new_film(moments=False))
         self.film = fresh
-        renderer = self.renderer_factory(self.scene, self.settings, self.issues)
+        renderer = self.renderer_factory(self.scene, self.settings, self.issues, self.outputs)
         try:
             self.stop = self._run(renderer, listener, max(first, self.film.next_pass))
         finally:
