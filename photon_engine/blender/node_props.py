@@ -6,8 +6,10 @@ from typing import Any
 
 import bpy
 import numpy as np
+from mathutils import Euler
 
 from ..issues import IssueLog
+from .compat import VORONOI_WORD_HASH
 from .images import ImageTable
 
 RAMP_SIZE = 256  # entries of a sampled ramp or curve, as in Cycles
@@ -55,6 +57,8 @@ def node_props(node: Any, images: ImageTable, issues: IssueLog, where: str) -> d
             props[name] = [float(c) for c in value] if getattr(item, "is_array", False) else value
         elif item.type == "POINTER":
             _pointer(props, name, getattr(node, name), images, issues, where)
+    if node.bl_idname == "ShaderNodeTexVoronoi":
+        props["word_hash"] = VORONOI_WORD_HASH
     if node.bl_idname in ("ShaderNodeValue", "ShaderNodeRGB", "ShaderNodeNormal"):
         value = node.outputs[0].default_value
         props["value"] = float(value) if node.bl_idname == "ShaderNodeValue" else [float(c) for c in value]
@@ -75,7 +79,7 @@ def _pointer(props: dict, name: str, value: Any, images: ImageTable, issues: Iss
         props[f"{name}_inverse"] = [list(row) for row in value.matrix_world.inverted_safe()]
     elif isinstance(value, bpy.types.TexMapping):
         if not _is_plain_mapping(value):
-            issues.warn(where, "the texture mapping of the node itself is not supported", "use a Mapping node")
+            props[name] = mapping_data(value)
     elif isinstance(value, bpy.types.ImageUser):
         props["frame"] = value.frame_current
 
@@ -84,9 +88,27 @@ def _is_plain_mapping(mapping: Any) -> bool:
     """Whether a node's built-in mapping changes nothing."""
     return (
         tuple(mapping.translation) == (0.0, 0.0, 0.0) and tuple(mapping.rotation) == (0.0, 0.0, 0.0)
-        and tuple(mapping.scale) == (1.0, 1.0, 1.0) and not mapping.use_min and not mapping.use_max
+        and tuple(mapping.scale) == (1.0, 1.0, 1.0)
         and (mapping.mapping_x, mapping.mapping_y, mapping.mapping_z) == ("X", "Y", "Z")
     )
+
+
+def mapping_data(mapping: Any) -> dict[str, Any]:
+    """A texture node's own mapping: matrix (3, 4), and whether the result is normalised. Cycles ignores the limits."""
+    kind = mapping.vector_type
+    scale = [s if abs(s) >= 1e-5 or kind in ("POINT", "VECTOR") else 1e-5 for s in mapping.scale]
+    linear = np.array(Euler(mapping.rotation).to_matrix(), np.float64) @ np.diag(scale)
+    offset = np.array(mapping.translation) if kind in ("POINT", "TEXTURE") else np.zeros(3)
+    if kind == "TEXTURE":
+        linear = np.linalg.inv(linear)
+        offset = -linear @ offset
+    elif kind == "NORMAL":
+        linear = np.linalg.inv(linear).T
+    axes = np.zeros((3, 3))
+    for row, axis in enumerate((mapping.mapping_x, mapping.mapping_y, mapping.mapping_z)):
+        if axis != "NONE":
+            axes[row, "XYZ".index(axis)] = 1.0
+    return {"matrix": np.column_stack([linear @ axes, offset]).tolist(), "normal": kind == "NORMAL"}
 
 
 def ramp_data(ramp: Any) -> dict[str, Any]:

@@ -5,15 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from ..registry import f32, node
+from .coordinates import columns
 from .normals import contiguous, tangent_rows
 from .vectors import cross, dot, normalize, rotate
 
 ONE = f32(1.0)
-
-
-def columns(rows):
-    """Rows (n, 3) of the points as components (3, n)."""
-    return np.ascontiguousarray(rows.T)
 
 
 def pad(uv):

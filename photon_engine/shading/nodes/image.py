@@ -13,7 +13,7 @@ from ..textures import (
     UNPREMULTIPLY,
     sample_image,
 )
-from .geometry_inputs import columns
+from .coordinates import texture_needs, texture_varies, texture_vector
 from .vectors import dot
 
 MISSING = (1.0, 0.0, 1.0)  # magenta, as Cycles shows what it cannot find
@@ -57,28 +57,19 @@ def image_texture(x, props, points):
     return {"Color": out[:3], "Alpha": out[3]}
 
 
-generated_unless_linked = {"varies": unlinked("Vector"),
-                           "needs": lambda item, used: {"generated"} if unlinked("Vector")(item, used) else set()}
-
-
-def texture_vector(x, points):
-    """The linked vector, else Generated coordinates."""
-    return columns(points.generated) if x.get("Vector") is None else x["Vector"]
-
-
-@node("ShaderNodeTexChecker", **generated_unless_linked)
+@node("ShaderNodeTexChecker", varies=texture_varies, needs=texture_needs)
 def checker(x, props, points):
     """Cubes of two colours."""
-    cell = np.floor((texture_vector(x, points) * x["Scale"] + f32(1e-6)) * f32(0.999999))
+    cell = np.floor((texture_vector(x, props, points) * x["Scale"] + f32(1e-6)) * f32(0.999999))
     i, j, k = np.abs(cell) % 2.0 == 1.0
     first = (i == j) == k
     return {"Color": np.where(first, x["Color1"], x["Color2"]), "Fac": first.astype(f32)}
 
 
-@node("ShaderNodeTexGradient", **generated_unless_linked)
+@node("ShaderNodeTexGradient", varies=texture_varies, needs=texture_needs)
 def gradient(x, props, points):
     """A ramp from 0 to 1."""
-    v, kind = texture_vector(x, points), props.get("gradient_type", "LINEAR")
+    v, kind = texture_vector(x, props, points), props.get("gradient_type", "LINEAR")
     a, b = v[0], v[1]
     if kind == "LINEAR":
         f = a
