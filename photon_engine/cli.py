@@ -21,8 +21,9 @@ from .driver.listener import clock
 from .driver.log import issue_records, run_record, write_json
 from .driver.session import Session
 from .film.accumulate import Film
+from .film.darkroom import Darkroom, never
 from .film.output import OutputError, check_writable
-from .film.passes import PASSES, in_full_frame
+from .film.passes import PASSES, USUAL, in_full_frame
 from .issues import IssueLog, RenderError, StopReason, log
 from .scene.data import Frame, SceneData
 from .settings import FIELDS, Settings, parse_value
@@ -113,6 +114,7 @@ def parser() -> argparse.ArgumentParser:
     merge.add_argument("films", nargs="+", metavar="FILE.npz")
     merge.add_argument("-o", "--output", required=True, metavar="OUT", help="OUT.exr, or OUT.npz for another film")
     merge.add_argument("--no-sheet", action="store_true", help="do not write the PNG sheet")
+    merge.add_argument("--denoise", action="store_true", help="denoise the picture")
     merge.set_defaults(run=run_merge)
     return root
 
@@ -222,11 +224,11 @@ def run_render(arguments: argparse.Namespace, console: Console) -> int:
     if film:
         film.seed = settings.seed
     session = Session(loaded.scene, settings, issues)
-    try:
-        with interruptible(console):
+    with interruptible(console):
+        try:
             stop = session.render(console, film, arguments.first)
-    finally:  # after an error too: what was rendered is kept
-        _save(session, loaded, output, sheet, arguments)
+        finally:  # after an error too: what was rendered is kept
+            _save(session, loaded, output, sheet, arguments)
     if not session.film.count:
         raise KeyboardInterrupt
     console.say(f"{output}: {session.film.count} passes in {clock(session.film.meta['seconds'])}, {stop.value}")
@@ -236,25 +238,30 @@ def run_render(arguments: argparse.Namespace, console: Console) -> int:
 def _save(session: Session, loaded: Loaded, output: Path, sheet: Path | None, arguments: argparse.Namespace) -> None:
     """Write all that was asked for, when there is a picture."""
     film = session.film
+    if film and film.count:
+        film.meta |= {"frame": dataclasses.asdict(loaded.scene.frame), "layer": loaded.layer}
+        if arguments.state:
+            film.save(arguments.state)
+        session.darkroom.cancelled = never  # Ctrl-C ends the passes; the picture is finished
+        _write_pictures(session.darkroom, output, sheet)
+        session.stages["Denoising"] = session.darkroom.seconds
     if arguments.log and film:
         write_json(arguments.log, run_record(session))
-    if not film or not film.count:
-        return
-    film.meta |= {"frame": dataclasses.asdict(loaded.scene.frame), "layer": loaded.layer}
-    if arguments.state:
-        film.save(arguments.state)
-    _write_pictures(film, output, sheet)
 
 
-def _write_pictures(film: Film, output: Path, sheet: Path | None) -> None:
-    """EXR and sheet of a film whose meta holds frame and layer."""
+def _write_pictures(darkroom: Darkroom, output: Path, sheet: Path | None) -> None:
+    """EXR and sheet of a film whose meta holds frame and layer; denoised, with the noisy pictures beside."""
     from .film.exr import write_exr, write_sheet
 
+    film = darkroom.film
     frame = Frame(**film.meta["frame"])
-    pictures = {item.name: in_full_frame(film.picture(item.name), frame) for item in PASSES}
+    names = [item.name for item in (USUAL if darkroom.denoise == "OFF" else PASSES)]
+    pictures = {name: in_full_frame(picture, frame) for name, picture in darkroom.pictures(names).items()}
     meta = {name: film.meta[name] for name in ("scene", "settings", "seconds")}
-    write_exr(output, pictures, film.meta["layer"], meta | {"passes": film.count, "seed": film.seed,
-                                                            "blocks": film.blocks})  # fmt: skip
+    meta |= {"passes": film.count, "seed": film.seed, "blocks": film.blocks}
+    if darkroom.version:
+        meta["denoiser"] = f"Open Image Denoise {darkroom.version}"
+    write_exr(output, pictures, film.meta["layer"], meta)
     if sheet:
         write_sheet(sheet, pictures)
 
@@ -271,7 +278,8 @@ def run_merge(arguments: argparse.Namespace, console: Console) -> int:
     if output.suffix.lower() == ".npz":
         film.save(output)
     else:
-        _write_pictures(film, output, None if arguments.no_sheet else output.with_suffix(".png"))
+        darkroom = Darkroom(film, "FINAL" if arguments.denoise else "OFF", 0, IssueLog())
+        _write_pictures(darkroom, output, None if arguments.no_sheet else output.with_suffix(".png"))
     console.say(f"{output}: {film.count} passes of {len(arguments.films)} films")
     return OK
 

@@ -102,6 +102,18 @@ class Settings:
         max=0.5,
         group="Light Paths",
     )
+    denoise: str = setting(
+        "OFF",
+        "Denoise",
+        "Remove noise with Open Image Denoise, from Combined and from each light pass by itself. Automatic radii and "
+        "final gather follow: a denoiser wants noise that differs from pixel to pixel, hence small radii",
+        items=(
+            ("OFF", "Off", "Leave the noise"),
+            ("FINAL", "Final", "Denoise the finished picture"),
+            ("ALWAYS", "Always", "Denoise the finished picture and those shown before it is"),
+        ),
+        group="Denoising",
+    )
     seed: int = setting(0, "Seed", "Another seed, another noise", min=0, max=2**31 - 1, group="Sampling")
     threads: int = setting(
         0, "Threads", "Worker threads; 0 means one for each core", min=0, max=1024, group="Performance"

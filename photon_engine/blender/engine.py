@@ -74,7 +74,7 @@ class PhotonMapEngine(bpy.types.RenderEngine):
                 stop = session.render(listener, film, endless=endless)
             except Exception:
                 if film.count:
-                    listener.picture(film, final=True)  # what was finished is kept
+                    session.finish(listener)  # what was finished is kept
                 raise
             if stop is StopReason.CANCELLED and film.count:
                 issues.info("Photon Map", f"cancelled, {film.count} passes are kept")

@@ -38,7 +38,7 @@ class PhotonMapSettings(bpy.types.PropertyGroup):
 
 def pass_property(name: str) -> str:
     """The view-layer property that switches a pass on."""
-    return f"use_{name.lower()}"
+    return f"use_{name.lower().replace(' ', '_')}"
 
 
 class PhotonMapLayer(bpy.types.PropertyGroup):
@@ -46,7 +46,7 @@ class PhotonMapLayer(bpy.types.PropertyGroup):
 
     __annotations__ = {
         pass_property(item.name): bpy.props.BoolProperty(
-            name=item.name, description=item.text, default=True, update=lambda self, context: _update_passes(self)
+            name=item.name, description=item.text, default=item.usual, update=lambda self, context: _update_passes(self)
         )
         for item in PASSES
         if item.name != "Combined"

@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 
 from ..driver.listener import Listener, Progress
-from ..film.accumulate import Film
+from ..film.darkroom import Darkroom
 from ..film.passes import BY_NAME
 from ..issues import Issue, IssueLog, RenderError, Severity
 from .cameras import extract_frame, frame_size
@@ -45,12 +45,13 @@ def picture_size(scene: bpy.types.Scene) -> tuple[int, int]:
     return frame.x1 - frame.x0, frame.y1 - frame.y0
 
 
-def write_film(engine: bpy.types.RenderEngine, film: Film, layer: str) -> None:
+def write_film(engine: bpy.types.RenderEngine, darkroom: Darkroom, layer: str, final: bool) -> None:
     """Put the film's pictures into the result of a view layer, and merge it."""
+    film = darkroom.film
     result = engine.begin_result(0, 0, film.width, film.height, layer=layer)
-    for target in result.layers[0].passes:
-        if target.name in BY_NAME:
-            target.rect.foreach_set(film.picture(target.name).ravel())
+    targets = {target.name: target for target in result.layers[0].passes if target.name in BY_NAME}
+    for name, picture in darkroom.pictures(targets, final).items():
+        targets[name].rect.foreach_set(picture.ravel())
     engine.end_result(result)
 
 
@@ -71,6 +72,7 @@ class EngineListener(Listener):
         self.show = show  # whether someone sees pictures before the last one
         self.begin = time.monotonic()
         self.shown = self.begin
+        self.cost = 0.0  # of showing a picture [s]
         self.wrote = False
 
     def cancelled(self) -> bool:
@@ -88,12 +90,15 @@ class EngineListener(Listener):
         self.engine.update_stats("", str(progress))
         self.engine.update_memory_stats(memory_used=progress.memory, memory_peak=progress.memory_peak)
 
-    def picture(self, film: Film, final: bool) -> None:
+    def picture(self, darkroom: Darkroom, final: bool) -> None:
         """Show the picture so far, not too often, and the final one always."""
         now = time.monotonic()
-        interval = max(FIRST_INTERVAL, INTERVAL_SHARE * (now - self.begin))
+        interval = max(FIRST_INTERVAL, INTERVAL_SHARE * (now - self.begin), self.cost / INTERVAL_SHARE)
         if not final and not (self.show and now - self.shown >= interval):
             return
-        write_film(self.engine, film, self.layer)
+        if final and darkroom.denoise != "OFF":
+            self.engine.update_stats("", "Denoising")
+        write_film(self.engine, darkroom, self.layer, final)
         self.wrote = True
         self.shown = time.monotonic()
+        self.cost = self.shown - now

@@ -40,8 +40,11 @@ class Listener:
     def progress(self, progress: Progress) -> None:
         """A pass is done."""
 
-    def picture(self, film, final: bool) -> None:
-        """The film holds one more pass; `final` after the last, and after a cancel that kept something."""
+    def picture(self, darkroom, final: bool) -> None:
+        """The film holds one more pass; `final` after the last, and after a cancel that kept something.
+
+        darkroom : film.darkroom.Darkroom, which makes pictures of the film when asked
+        """
 
 
 def clock(seconds: float) -> str:

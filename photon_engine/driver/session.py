@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from ..film.accumulate import Film
+from ..film.darkroom import Darkroom
 from ..film.passes import ALL_NAMES
 from ..issues import IssueLog, RenderError, StopReason
 from ..scene.data import SceneData
@@ -15,7 +16,7 @@ from .checks import check_scene
 from .listener import Listener, Progress, memory, seconds_left
 
 # settings that say how long and how fast, not what: films that differ in these can be merged
-NOT_PICTURE = ("passes", "seconds", "seed", "threads", "plan")
+NOT_PICTURE = ("passes", "seconds", "seed", "threads", "plan", "denoise")
 
 
 def default_renderer(scene: SceneData, settings: Settings, issues: IssueLog, outputs: frozenset[str]) -> Any:
@@ -51,6 +52,7 @@ class Session:
         self.outputs = outputs
         self.renderer_factory = renderer_factory or default_renderer
         self.film: Film | None = None
+        self.darkroom: Darkroom | None = None
         self.stop: StopReason | None = None
         self.durations: list[float] = []
         self.stages: dict[str, float] = {}
@@ -86,6 +88,7 @@ class Session:
         if film is not None:
             fresh._check_meta(self.new_film(moments=False))
         self.film = fresh
+        self.darkroom = Darkroom(fresh, self.settings.denoise, self.settings.threads, self.issues, listener.cancelled)
         renderer = self.renderer_factory(self.scene, self.settings, self.issues, self.outputs)
         try:
             self.stop = self._run(renderer, listener, max(first, self.film.next_pass))
@@ -120,10 +123,16 @@ class Session:
             stop = StopReason.CANCELLED if listener.cancelled() else self._spent()
             listener.progress(self.progress())
             if stop is None:
-                listener.picture(self.film, final=False)
+                listener.picture(self.darkroom, final=False)
         if self.film.count:
-            listener.picture(self.film, final=True)
+            self.finish(listener)
         return stop
+
+    def finish(self, listener: Listener) -> None:
+        """Hand over the last picture of what the film holds."""
+        listener.picture(self.darkroom, final=True)
+        if self.darkroom.seconds:
+            self.stages["Denoising"] = self.darkroom.seconds
 
     def _prepare(self, renderer: Any, listener: Listener) -> None:
         """Let the renderer build what it needs, timing each stage it names."""

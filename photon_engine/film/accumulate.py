@@ -16,9 +16,9 @@ import numpy as np
 
 from ..issues import RenderError
 from .output import OutputError, check_writable
-from .passes import BACKGROUND_DEPTH, BIASES, BY_NAME, LIGHT_NAMES, MEASURED, RAW
+from .passes import BACKGROUND_DEPTH, BIASES, BY_NAME, LIGHT_NAMES, MEASURED, NOISY, RAW
 
-FORMAT = 1
+FORMAT = 2
 
 
 class Film:
@@ -112,8 +112,9 @@ class Film:
     def picture(self, name: str) -> np.ndarray:
         """The mean of one pass: (h, w, c) f32, exposure applied; zero before the first pass, with no depth.
 
-        Combined is the sum of the five light passes, its alpha the mean of Alpha.
+        Combined is the sum of the five light passes, its alpha the mean of Alpha. "Noisy X" is X: see film/darkroom.
         """
+        name = name.removeprefix(NOISY)
         if name == "Depth":
             return self.depth
         n = max(self.count, 1)

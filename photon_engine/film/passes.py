@@ -18,6 +18,7 @@ class RenderPass(NamedTuple):
     kind: str  # Blender's type: COLOR, VECTOR, VALUE
     is_light: bool  # linear in radiance: film exposure multiplies it, and it has a second moment
     text: str
+    usual: bool = True  # made unless told otherwise
 
 
 COMBINED = RenderPass("Combined", 4, "RGBA", "COLOR", True, "All light, with alpha")
@@ -34,14 +35,25 @@ GUIDE_PASSES = (
     RenderPass("Normal", 3, "XYZ", "VECTOR", False, "Shading normal in world space"),
     RenderPass("Albedo", 3, "RGB", "COLOR", False, "Colour of the surface without light"),
 )
-PASSES = (COMBINED, *LIGHT_PASSES, *GUIDE_PASSES)
+# what guides the denoiser: of the first rough surface, also through glass and in mirrors
+DENOISING_PASSES = (
+    RenderPass("Denoising Albedo", 3, "RGB", "COLOR", False, "Colour that guides the denoiser", False),
+    RenderPass("Denoising Normal", 3, "XYZ", "VECTOR", False, "Normal that guides the denoiser", False),
+)
+NOISY = "Noisy "  # before the name of a pass: that pass as it was before denoising
+NOISY_PASSES = tuple(
+    item._replace(name=NOISY + item.name, text=f"{item.name} before denoising", usual=False)
+    for item in (COMBINED, *LIGHT_PASSES)
+)
+PASSES = (COMBINED, *LIGHT_PASSES, *GUIDE_PASSES, *DENOISING_PASSES, *NOISY_PASSES)
+USUAL = tuple(item for item in PASSES if item.usual)
 BY_NAME = {item.name: item for item in PASSES}
 ALL_NAMES = frozenset(BY_NAME)
 LIGHT_NAMES = tuple(item.name for item in LIGHT_PASSES)
 GUIDE_NAMES = tuple(item.name for item in GUIDE_PASSES)
 
 # what the transport hands over for each pass of the progressive loop: name -> channels
-RAW = {item.name: item.channels for item in (*LIGHT_PASSES, *GUIDE_PASSES)} | {"Alpha": 1}
+RAW = {item.name: item.channels for item in (*LIGHT_PASSES, *GUIDE_PASSES, *DENOISING_PASSES)} | {"Alpha": 1}
 
 # light pass -> raw picture whose mean over passes estimates that pass's bias (transport/gather_kernels.gather)
 BIASES = {"Caustic": "CausticBias", "Diffuse": "DiffuseBias"}

@@ -30,6 +30,7 @@ class EyePaths(NamedTuple):
     spread: np.ndarray  # (n,) f32, its growth per metre
     t_max: np.ndarray  # (n,) f32, far clipping along the ray [m]
     bare: np.ndarray  # (n,) bool, only straight passes so far
+    unguided: np.ndarray  # (n,) bool, nothing rough met yet: what is seen next guides the denoiser
 
 
 class VisiblePoints(NamedTuple):
@@ -57,6 +58,8 @@ class Tile(NamedTuple):
     albedo: np.ndarray
     caustic_bias: np.ndarray  # see gather_kernels.gather
     diffuse_bias: np.ndarray
+    guide_albedo: np.ndarray  # for the denoiser: of the first rough surface, also through glass and in mirrors
+    guide_normal: np.ndarray
 
 
 class EyeRules(NamedTuple):
@@ -73,7 +76,7 @@ def empty_paths(n: int) -> EyePaths:
     """Room for n eye paths."""
     f3 = [np.empty((n, 3), np.float32) for _ in range(3)]
     f1 = [np.empty(n, np.float32) for _ in range(3)]
-    return EyePaths(*f3, np.empty(n, np.uint64), np.empty(n, np.int32), *f1, np.ones(n, bool))
+    return EyePaths(*f3, np.empty(n, np.uint64), np.empty(n, np.int32), *f1, np.ones(n, bool), np.ones(n, bool))
 
 
 def empty_tile(n: int) -> Tile:
@@ -83,7 +86,7 @@ def empty_tile(n: int) -> Tile:
         *rgb,
         np.ones((n, 1), np.float32),
         np.zeros((n, 1), np.float32),
-        *(np.zeros((n, 3), np.float32) for _ in range(4)),
+        *(np.zeros((n, 3), np.float32) for _ in range(6)),
     )
 
 
@@ -122,6 +125,7 @@ def camera_rays(camera, key, region, first, paths):
         paths.spread[i] = spread
         paths.t_max[i] = t_far - t_near
         paths.bare[i] = True
+        paths.unguided[i] = True
 
 
 @kernel
@@ -133,27 +137,53 @@ def add3(a, i, v):
 
 
 @kernel
-def _escape(lights, rules, beta, d, bare, pixel, tile):
+def _escape(lights, rules, beta, d, bare, unguided, pixel, tile):
     """A path that left the scene: the world, unless the film is transparent there."""
     if bare and rules.transparent:
         tile.alpha[pixel, 0] -= (beta[0] + beta[1] + beta[2]) / 3.0
         return
-    radiance = world_radiance(lights, d)
-    add3(tile.environment, pixel, mul(beta, radiance))
+    light = mul(beta, world_radiance(lights, d))
+    add3(tile.environment, pixel, light)
+    if unguided:
+        add3(tile.guide_albedo, pixel, clamp01(light))
 
 
 @kernel
-def _first_hit(rules, pixel, p, facing, scratch, kinds, tile):
+def clamp01(v):
+    """A colour held to [0, 1]: what the denoiser takes for an albedo."""
+    return (min(max(v[0], 0.0), 1.0), min(max(v[1], 0.0), 1.0), min(max(v[2], 0.0), 1.0))
+
+
+@kernel
+def _albedo(scratch, kinds, lowest):
+    """What the lobes of the classes from `lowest` on reflect and transmit; after prepare."""
+    out = (0.0, 0.0, 0.0)
+    for k in range(len(kinds)):
+        if kinds[k] == NONE:  # beyond it scratch holds another hit's lobes
+            break
+        if scratch[k, 4] >= lowest and scratch[k, 3] > 0.0:
+            weight = (scratch[k, 0], scratch[k, 1], scratch[k, 2])
+            out = madd(out, scratch[k, 3] / luminance(weight), weight)
+    return out
+
+
+@kernel
+def _first_hit(rules, pixel, p, facing, albedo, tile):
     """Depth along the view axis, normal toward the camera and colour of the first thing seen, at p."""
     away = (p[0] - rules.eye[0], p[1] - rules.eye[1], p[2] - rules.eye[2])
     tile.depth[pixel, 0] = dot(away, (rules.forward[0], rules.forward[1], rules.forward[2]))
     store3(tile.normal, pixel, facing)
-    for k in range(len(kinds)):
-        if kinds[k] == NONE:  # beyond it scratch holds another hit's lobes
-            break
-        if scratch[k, 4] > CLASS_NULL and scratch[k, 3] > 0.0:
-            weight = (scratch[k, 0], scratch[k, 1], scratch[k, 2])
-            add3(tile.albedo, pixel, scale(weight, scratch[k, 3] / luminance(weight)))
+    add3(tile.albedo, pixel, albedo)
+
+
+@kernel
+def _guide(pixel, beta, facing, albedo, tile):
+    """What guides the denoiser: colour and normal of the first rough surface, weighed by the way to it.
+
+    A surface that reflects by rough and by sharp lobes guides by its rough ones alone: no choice, no noise.
+    """
+    add3(tile.guide_albedo, pixel, clamp01(mul(beta, albedo)))
+    add3(tile.guide_normal, pixel, scale(facing, min(luminance(beta), 1.0)))
 
 
 @kernel
@@ -244,8 +274,11 @@ def _lamps_and_sky(lights, rules, paths, i, t, tile):
     light = lamps_along_ray(lights, o, d, t, o, 0.0, 0, from_camera)
     if t == math.inf:
         light = add(light, suns_along_ray(lights, d, o, 0.0, 0, from_camera))
-        _escape(lights, rules, beta, d, paths.bare[i], paths.pixel[i], tile)
-    add3(tile.emission, paths.pixel[i], mul(beta, light))
+        _escape(lights, rules, beta, d, paths.bare[i], paths.unguided[i], paths.pixel[i], tile)
+    light = mul(beta, light)
+    add3(tile.emission, paths.pixel[i], light)
+    if paths.unguided[i]:
+        add3(tile.guide_albedo, paths.pixel[i], clamp01(light))
 
 
 @kernel
@@ -263,14 +296,23 @@ def _decide(laws, rules, surfaces, paths, i, frame, bounce, tile):
         tile.alpha[pixel, 0] -= (beta[0] + beta[1] + beta[2]) / 3.0
         return CLASS_ROUGH, 0.0, 0.0
     p_null, p_sharp, p_rough = prepare(rows, row, ns, ng, wo, laws.threshold, scratch)
-    add3(tile.emission, pixel, mul(beta, emission(rows, row, scratch)))
+    light = mul(beta, emission(rows, row, scratch))
+    add3(tile.emission, pixel, light)
     cls, p_class, u0 = CLASS_ROUGH, 0.0, 0.0
     if p_null + p_sharp + p_rough > 0.0:
         u = uniform(paths.key[i], (bounce + 1) * DIMENSIONS_PER_BOUNCE)
         cls, p_class, u0 = choose_class(p_null, p_sharp, p_rough, u)
-    if paths.bare[i] and cls != CLASS_NULL:
-        facing = ns if dot(wo, ng) >= 0.0 else scale(ns, -1.0)
-        _first_hit(rules, pixel, p, facing, scratch, rows.kind[row], tile)
+    if cls == CLASS_NULL or not (paths.bare[i] or paths.unguided[i]):
+        return cls, p_class, u0
+    facing = ns if dot(wo, ng) >= 0.0 else scale(ns, -1.0)
+    # the weights hold a mix with a transparent lobe, and so does the chance of coming here
+    here = 1.0 if p_null == 0.0 else (p_null + p_sharp + p_rough) / (p_sharp + p_rough)
+    if paths.bare[i]:
+        _first_hit(rules, pixel, p, facing, scale(_albedo(scratch, rows.kind[row], CLASS_SHARP), here), tile)
+    if paths.unguided[i] and (p_rough > 0.0 or p_sharp == 0.0):
+        own = scale(_albedo(scratch, rows.kind[row], CLASS_ROUGH), here)
+        _guide(pixel, beta, facing, own if p_rough > 0.0 else emission(rows, row, scratch), tile)
+        paths.unguided[i] = False
     return cls, p_class, u0
 
 
@@ -293,6 +335,7 @@ def _advance(paths, to, i, t, spread):
     paths.key[to] = paths.key[i]
     paths.pixel[to] = paths.pixel[i]
     paths.bare[to] = paths.bare[i]
+    paths.unguided[to] = paths.unguided[i]
 
 
 @kernel

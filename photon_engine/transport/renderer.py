@@ -32,8 +32,8 @@ from .render_scene import RenderScene
 MOST_CELLS = 4.0  # a query reads up to (2 x 4 + 1)^2 rows; a plane that runs to the horizon asked for millions
 PASS_NAMES = (
     "Direct", "Caustic", "Diffuse", "Emission", "Environment", "Alpha", "Depth", "Normal", "Albedo", "CausticBias",
-    "DiffuseBias",
-)  # fmt: skip
+    "DiffuseBias", "Denoising Albedo", "Denoising Normal",
+)  # in the order of eye_kernels.Tile; fmt: skip
 
 
 class Renderer:

@@ -50,8 +50,9 @@ class UntilSure(Listener):
         """Whether enough is known."""
         return self.done
 
-    def picture(self, film, final: bool) -> None:
+    def picture(self, darkroom, final: bool) -> None:
         """Take the block means of the latest pass out of the film's sum."""
+        film = darkroom.film
         if film.count == len(self.means):
             return  # the last pass is shown twice when the session ends
         total = film.picture("Combined")[:, :, :3].astype(np.float64) * film.count

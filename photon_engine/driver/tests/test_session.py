@@ -24,8 +24,8 @@ class Recorder(Listener):
     def progress(self, progress):
         self.heard.append(progress)
 
-    def picture(self, film, final):
-        self.finals.append((film.count, final))
+    def picture(self, darkroom, final):
+        self.finals.append((darkroom.film.count, final))
 
 
 def session_of(renderer=FakeRenderer, **settings):

@@ -1,0 +1,102 @@
+"""From a film to its pictures, without their noise where that is wanted.
+
+Combined and each light pass are denoised by themselves: a denoised Combined is a little better than the sum of
+denoised parts, so that sum does not hold exactly between denoised pictures. The raw ones are had as "Noisy ...".
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable
+
+import numpy as np
+
+from ..issues import IssueLog, RenderError
+from .accumulate import Film
+from .oidn import Guides, Oidn
+from .passes import COMBINED, LIGHT_NAMES
+
+DENOISED = (COMBINED.name, *LIGHT_NAMES)
+PATIENCE = 0.5  # [s] that denoising may take after a cancel, when the last time tells that it will not take longer
+
+
+def never() -> bool:
+    """Nobody cancels."""
+    return False
+
+
+class Darkroom:
+    """Makes the pictures of one film.
+
+    denoise : OFF, FINAL or ALWAYS, as the setting;  threads : of the denoiser, 0: all
+    cancelled : asked while it works
+    """
+
+    def __init__(
+        self, film: Film, denoise: str, threads: int, issues: IssueLog, cancelled: Callable[[], bool] = never
+    ) -> None:
+        self.film = film
+        self.denoise = denoise
+        self.threads = threads
+        self.issues = issues
+        self.cancelled = cancelled
+        self.seconds = 0.0  # spent with denoising
+        self.version = ""  # of the denoiser, when it made the last pictures
+        self._last = 0.0  # seconds that one picture took the last time; 0: not known
+
+    def pictures(self, names: Iterable[str], final: bool = True) -> dict[str, np.ndarray]:
+        """Pictures by name, (h, w, c) f32, bottom row first; exposure applied.
+
+        final : whether rendering is over. After a cancel they are denoised only when that is known to be quick.
+        """
+        out = {name: self.film.picture(name) for name in names}
+        wanted = [name for name in DENOISED if name in out and out[name][..., :3].any()]
+        self.version = ""
+        if not wanted or not self.film.count or self.denoise == "OFF" or not (final or self.denoise == "ALWAYS"):
+            return out
+        cancelled = self.cancelled
+        if cancelled() and 0.0 < self._last * len(wanted) < PATIENCE:
+            cancelled = never
+        start = time.perf_counter()
+        try:
+            clean = self._clean({name: out[name] for name in wanted}, cancelled)
+        except RenderError as error:
+            self.issues.warn(*error.issue[1:])
+            self.denoise = "OFF"
+            return out
+        self.seconds += time.perf_counter() - start
+        if clean:
+            self._last = (time.perf_counter() - start) / len(wanted)
+        elif final:
+            self.issues.info("Denoise", "cancelled: the picture keeps its noise")
+        return out | clean
+
+    def _clean(self, raw: dict[str, np.ndarray], cancelled: Callable[[], bool]) -> dict[str, np.ndarray]:
+        """The pictures denoised; empty when cancelled."""
+        if cancelled():
+            return {}
+        with Oidn(self.threads) as oidn:
+            clean = self._denoised(oidn, raw, cancelled)
+            self.version = oidn.version if clean else ""
+        return clean
+
+    def _denoised(self, oidn: Oidn, raw: dict[str, np.ndarray], cancelled: Callable[[], bool]) -> dict[str, np.ndarray]:
+        """The pictures without noise, alpha kept; empty when cancelled."""
+        guides = self.guides(oidn, cancelled)
+        out = {}
+        for name, picture in raw.items():
+            if guides is None:
+                return {}
+            clean = oidn.color(np.ascontiguousarray(picture[..., :3]), guides, cancelled)
+            if clean is None:
+                return {}
+            out[name] = np.concatenate([clean, picture[..., 3:]], axis=2)
+        return out
+
+    def guides(self, oidn: Oidn, cancelled: Callable[[], bool]) -> Guides | None:
+        """The film's guides, without the noise that few passes, lenses and glass leave in them."""
+        albedo = oidn.guide("albedo", np.clip(self.film.picture("Denoising Albedo"), 0.0, 1.0), cancelled)
+        normal = None
+        if albedo is not None:
+            normal = oidn.guide("normal", np.clip(self.film.picture("Denoising Normal"), -1.0, 1.0), cancelled)
+        return None if albedo is None or normal is None else Guides(albedo, normal)
