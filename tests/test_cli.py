@@ -15,7 +15,7 @@ from photon_engine import cli
 from photon_engine.driver import session
 from photon_engine.driver.tests.fake import FakeRenderer, triangle_scene
 from photon_engine.film.exr import read_exr
-from photon_engine.film.passes import LIGHT_NAMES, PASSES
+from photon_engine.film.passes import LIGHT_NAMES, NOISY, PASSES, USUAL
 from photon_engine.scene.data import SceneData
 from photon_engine.scene.io import save_scene
 from photon_engine.settings import Settings
@@ -54,7 +54,7 @@ def test_render_writes_exr_sheet_and_log(place, capsys):
     code, said = run(capsys, "render", "scene.npz", "-o", "out.exr", "--passes", 3, "--seed", 5, "--log", "run.json")
     assert code == cli.OK and "out.exr: 3 passes" in said and "Pass 3/3" in said
     pictures, meta = read_exr("out.exr")
-    assert set(pictures) == {p.name for p in PASSES} and (place / "out.png").stat().st_size > 0
+    assert set(pictures) == {p.name for p in USUAL} and (place / "out.png").stat().st_size > 0
     fake = FakeRenderer(triangle_scene(), Settings(seed=5), None)
     expected = np.mean([fake.render_pass(i, lambda: False)["Caustic"] for i in range(3)], axis=0, dtype=np.float64)
     np.testing.assert_allclose(pictures["Caustic"], expected, rtol=1e-6)  # float32
@@ -164,6 +164,21 @@ def test_a_bug_is_1_with_a_message_and_keeps_the_passes(place, capsys, monkeypat
     )
     assert read_exr("scene.exr")[1]["passes"] == "2"
     assert json.loads((place / "run.json").read_text())["stop"] == "an error"
+
+
+def test_denoised_render_keeps_the_noisy_pictures_and_names_the_denoiser(place, capsys):
+    assert run(capsys, "render", "scene.npz", "-o", "raw.exr", "--passes", 2, "--state", "raw.npz")[0] == cli.OK
+    flags = ("--passes", 2, "--set", "denoise=final", "--log", "run.json")
+    assert run(capsys, "render", "scene.npz", "-o", "clean.exr", *flags)[0] == cli.OK
+    raw, clean, (_, meta) = read_exr("raw.exr")[0], read_exr("clean.exr")[0], read_exr("clean.exr")
+    assert set(clean) == {p.name for p in PASSES}
+    for name in ("Combined", *LIGHT_NAMES):
+        np.testing.assert_array_equal(clean[NOISY + name], raw[name])
+        assert not np.array_equal(clean[name], raw[name])
+    assert meta["denoiser"].startswith("Open Image Denoise 2.")
+    assert json.loads((place / "run.json").read_text())["stage_seconds"]["Denoising"] > 0.0
+    assert run(capsys, "merge", "raw.npz", "--denoise", "-o", "merged.exr")[0] == cli.OK
+    np.testing.assert_array_equal(read_exr("merged.exr")[0]["Combined"], clean["Combined"])
 
 
 def test_merged_and_resumed_renders_equal_one(place, capsys):

@@ -7,7 +7,7 @@ import OpenImageIO as oiio
 import pytest
 
 from photon_engine.driver.tests.fake import FakeRenderer, triangle_scene
-from photon_engine.film.passes import PASSES
+from photon_engine.film.passes import PASSES, USUAL
 from photon_engine.settings import FIELDS, Settings
 
 from .blender_process import run_script
@@ -51,6 +51,10 @@ for item in scene.view_layers[1].photon_map.bl_rna.properties:
     if item.identifier.startswith("use_") and item.identifier != "use_caustic":
         setattr(scene.view_layers[1].photon_map, item.identifier, False)
 render(scene, "layers")
+scene = start()
+scene.photon_map.denoise = "FINAL"
+scene.view_layers[0].photon_map.use_noisy_combined = scene.view_layers[0].photon_map.use_noisy_direct = True
+render(scene, "denoised")
 scene = start()
 scene.render.use_border = True
 border = scene.render
@@ -121,7 +125,7 @@ def renders(tmp_path_factory):
 def test_every_pass_is_in_blenders_file(renders):
     assert renders["plain"] == "finished"
     channels = read(renders["folder"] / "plain.exr")
-    assert set(channels) == {f"ViewLayer.{p.name}.{letter}" for p in PASSES for letter in p.ids}
+    assert set(channels) == {f"ViewLayer.{p.name}.{letter}" for p in USUAL for letter in p.ids}
     for name, letter, index in (("Caustic", "G", 1), ("Normal", "Z", 2), ("Albedo", "R", 0)):
         # 1e-6: float32; the rows are the right way up
         np.testing.assert_allclose(channels[f"ViewLayer.{name}.{letter}"], expected(name)[..., index], rtol=1e-6)
@@ -137,6 +141,18 @@ def test_layers_have_the_passes_they_ask_for(renders):
     assert second == {*(f"Combined.{c}" for c in "RGBA"), *(f"Caustic.{c}" for c in "RGB")}
     for layer in ("ViewLayer", "Second"):
         np.testing.assert_allclose(channels[f"{layer}.Caustic.R"], expected("Caustic", seed=3)[..., 0], rtol=1e-6)
+
+
+def test_denoised_passes_and_the_noisy_ones_beside_them(renders):
+    assert renders["denoised"] == "finished"
+    channels = read(renders["folder"] / "denoised.exr")
+    for name in ("Noisy Direct", "Noisy Combined", "Direct", "Combined"):
+        raw = expected("Direct")[..., 1]
+        if "Combined" in name:
+            raw = sum(expected(p.name)[..., 1] for p in PASSES[1:6])
+        same = np.allclose(channels[f"ViewLayer.{name}.G"], raw, rtol=1e-6)
+        assert same == name.startswith("Noisy")
+    assert channels["ViewLayer.Direct.G"].std() < 0.5 * channels["ViewLayer.Noisy Direct.G"].std()
 
 
 def test_border_with_and_without_crop(renders):
@@ -163,7 +179,7 @@ def test_stereo_says_that_it_is_not_supported(renders):
 
 
 def test_compositor_has_a_socket_for_each_pass(renders):
-    assert {p.name for p in PASSES if p.name != "Combined"} <= set(renders["sockets"])
+    assert {p.name for p in USUAL if p.name != "Combined"} <= set(renders["sockets"])
     assert "Image" in renders["sockets"] and "Albedo" not in renders["sockets without albedo"]
 
 
