@@ -104,6 +104,7 @@ def make_instance(
         holdout=holdout,
         visible_camera=visible["camera"],
         visible_shadow=visible["shadow"],
+        terminator_offset=ob.shadow_terminator_geometry_offset,
     )
 
 
@@ -112,6 +113,8 @@ def _report_unsupported(name: str, ob: Any, visible: dict[str, bool], issues: Is
     hidden = [ray for ray in ("diffuse", "glossy", "transmission") if not visible[ray]]
     if hidden:
         issues.warn(name, f"Ray Visibility > {', '.join(hidden)} is not supported: such rays see it")
+    if ob.shadow_terminator_shading_offset != 0.0:
+        issues.warn(name, "Shadow Terminator > Shading Offset is not supported: it has no effect")
     if ob.is_shadow_catcher:
         issues.warn(name, "shadow catchers are not supported yet: it is rendered as an ordinary object")
 

@@ -46,6 +46,7 @@ class Instance:
     holdout: bool = False  # a hole in the picture: black, alpha 0
     visible_camera: bool = True  # Ray Visibility > Camera
     visible_shadow: bool = True  # Ray Visibility > Shadow
+    terminator_offset: float = 0.1  # Shadow Terminator > Geometry Offset: see geometry/terminator.py
 
 
 @dataclass

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -9,11 +10,12 @@ import numpy as np
 from ..bsdf.layout import CLASS_NULL, CLASS_ROUGH
 from ..bsdf.surface import eval_rough, prepare, sample
 from ..geometry.surface import offset_origin, surface_point
+from ..geometry.terminator import lift
 from ..jit import kernel
 from ..lights.sample import sample_light
 from ..sampling.mis import power_heuristic
 from ..sampling.rng import uniform
-from ..vec import dot, load3, max3, scale, store3
+from ..vec import add, dot, length, load3, max3, scale, store3, sub
 from .eye_kernels import add3
 from .lobes import keep_narrow
 
@@ -110,13 +112,31 @@ def sample_lights(laws, lights, surfaces, points, j, samples, mis, rays):
         value = (beta[0] * f[0] * le[0] * s, beta[1] * f[1] * le[1] * s, beta[2] * f[2] * le[2] * s)
         if max3(value) <= 0.0:
             continue
-        store3(rays.o, count, offset_origin(p, ng, wi, laws.reach))
-        store3(rays.d, count, wi)
-        rays.t_max[count] = min(distance * SHORTEN, 1e30)
+        o, d, reach = _start(laws, surfaces, i, (p, ng, ns), wo, wi, distance)
+        store3(rays.o, count, o)
+        store3(rays.d, count, d)
+        rays.t_max[count] = min(reach * SHORTEN, 1e30)
         store3(rays.light, count, value)
         rays.pixel[count] = points.pixel[m]
         count += 1
     return count
+
+
+@kernel
+def _start(laws, surfaces, i, point, wo, wi, distance):
+    """The shadow ray from hit i to light along wi: (o, d, distance), lifted at the terminator of smooth meshes."""
+    p, ng, ns = point
+    prim = surfaces.prim[i]
+    cutoff = float(laws.terminator[surfaces.geometry.instance[prim]])
+    side = 1.0 if dot(wo, ng) >= 0.0 else -1.0
+    u, v = float(surfaces.u[i]), float(surfaces.v[i])
+    up = lift(surfaces.geometry, prim, u, v, scale(ng, side), scale(ns, side), wi, cutoff)
+    o = add(p, up)
+    if distance < math.inf and distance > 0.0 and dot(up, up) > 0.0:
+        to_light = sub(scale(wi, distance), up)
+        distance = length(to_light)
+        wi = scale(to_light, 1.0 / distance)
+    return offset_origin(o, ng, wi, laws.reach), wi, distance
 
 
 @kernel

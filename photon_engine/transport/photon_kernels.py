@@ -46,6 +46,7 @@ class Laws(NamedTuple):
     threshold: float  # roughness below which a lobe is sharp
     reach: float  # radius of the scene [m]
     max_rough: int  # a photon ends at its next rough vertex after this many
+    terminator: np.ndarray  # (instances,) f32, cutoff of geometry/terminator.py
 
 
 @kernel

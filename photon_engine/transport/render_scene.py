@@ -60,7 +60,8 @@ class RenderScene:
         self.plan = make_plan(scene, settings, outputs, facts if len(self.lights.kind) else facts.unlit())
         self.seen_lights = self.lights if self.plan.sees_lights else self.lights._replace(kind=self.lights.kind[:0])
         self.targets = self._targets() if self.plan.caustic_map else None
-        self.laws = Laws(settings.specular_threshold, self.flat.radius, settings.diffuse_bounces)
+        terminator = np.array([item.terminator_offset for item in scene.instances] + [0.0], np.float32)
+        self.laws = Laws(settings.specular_threshold, self.flat.radius, settings.diffuse_bounces, terminator)
         visible = np.array([item.visible_camera for item in scene.instances] + [True], bool)
         self.casts_shadow = np.array([item.visible_shadow for item in scene.instances] + [True], bool)
         holdout = np.array([item.holdout for item in scene.instances] + [False], bool)
