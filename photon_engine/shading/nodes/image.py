@@ -1,4 +1,4 @@
-"""Texture nodes: Image Texture, Checker, Gradient."""
+"""The Image Texture node."""
 
 from __future__ import annotations
 
@@ -13,8 +13,6 @@ from ..textures import (
     UNPREMULTIPLY,
     sample_image,
 )
-from .coordinates import texture_needs, texture_varies, texture_vector
-from .vectors import dot
 
 MISSING = (1.0, 0.0, 1.0)  # magenta, as Cycles shows what it cannot find
 
@@ -55,35 +53,3 @@ def image_texture(x, props, points):
     extension = EXTENSIONS[props.get("extension", "REPEAT")]
     out = sample_image(image.pixels, uv, mode, extension, flags)
     return {"Color": out[:3], "Alpha": out[3]}
-
-
-@node("ShaderNodeTexChecker", varies=texture_varies, needs=texture_needs)
-def checker(x, props, points):
-    """Cubes of two colours."""
-    cell = np.floor((texture_vector(x, props, points) * x["Scale"] + f32(1e-6)) * f32(0.999999))
-    i, j, k = np.abs(cell) % 2.0 == 1.0
-    first = (i == j) == k
-    return {"Color": np.where(first, x["Color1"], x["Color2"]), "Fac": first.astype(f32)}
-
-
-@node("ShaderNodeTexGradient", varies=texture_varies, needs=texture_needs)
-def gradient(x, props, points):
-    """A ramp from 0 to 1."""
-    v, kind = texture_vector(x, props, points), props.get("gradient_type", "LINEAR")
-    a, b = v[0], v[1]
-    if kind == "LINEAR":
-        f = a
-    elif kind == "QUADRATIC":
-        f = np.maximum(a, 0.0) ** 2
-    elif kind == "EASING":
-        t = np.clip(a, 0.0, 1.0)
-        f = (3.0 - 2.0 * t) * t * t
-    elif kind == "DIAGONAL":
-        f = (a + b) * f32(0.5)
-    elif kind == "RADIAL":
-        f = np.arctan2(b, a) * f32(0.5 / np.pi) + f32(0.5)
-    else:
-        r = np.maximum(f32(0.999999) - np.sqrt(dot(v, v)), 0.0)
-        f = r * r if kind == "QUADRATIC_SPHERE" else r
-    f = np.clip(f, 0.0, 1.0)
-    return {"Fac": f, "Color": np.broadcast_to(f, (3, len(f)))}

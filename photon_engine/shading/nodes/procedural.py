@@ -1,13 +1,14 @@
-"""Noise-like textures: Noise, White Noise, Voronoi, Gabor, Wave."""
+"""Noise-like textures: Noise, White Noise, Voronoi, Gabor."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from ..procedural import perlin, voronoi
+from ..procedural import gabor, perlin, voronoi
 from ..procedural.white import white_rows
 from ..registry import f32, node
 from .coordinates import texture_needs, texture_varies, texture_vector
+from .vectors import normalize
 
 FRACTALS = {"FBM": perlin.FBM, "MULTIFRACTAL": perlin.MULTIFRACTAL, "HETERO_TERRAIN": perlin.HETERO_TERRAIN,
             "HYBRID_MULTIFRACTAL": perlin.HYBRID_MULTIFRACTAL, "RIDGED_MULTIFRACTAL": perlin.RIDGED_MULTIFRACTAL}
@@ -88,3 +89,16 @@ def voronoi_texture(x, props, points):
     voronoi.voronoi_rows(places, parameters, switches, out)
     return {"Distance": out[voronoi.DISTANCE], "Color": out[voronoi.RED : voronoi.RED + 3],
             "Position": out[voronoi.X : voronoi.X + 3], "W": out[voronoi.X + 3], "Radius": out[voronoi.RADIUS]}
+
+
+@node("ShaderNodeTexGabor", **lattice)
+def gabor_texture(x, props, points):
+    """Interwoven waves of one frequency, in a plane or in space."""
+    in_space = props.get("gabor_type", "2D") == "3D"
+    isotropy = f32(1.0) - np.clip(x["Anisotropy"], 0.0, 1.0)
+    axis = normalize(x["Orientation 3D"]) if in_space else (None, None, None)
+    parameters = gather_rows([x["Frequency"], isotropy, None if in_space else x["Orientation 2D"], *axis])
+    places = spread(places_of(x, props, points, 3), parameters)
+    out = np.empty((3, places.shape[1]), f32)
+    gabor.gabor_rows(places, parameters, in_space, out)
+    return {"Value": out[0], "Phase": out[1], "Intensity": out[2]}
