@@ -9,7 +9,8 @@ import numpy as np
 
 from .issues import IssueLog
 from .scene.data import Light, Material, SceneData, World
-from .shading.program import Program, compile_material, constant_background
+from .shading.material import compile_material
+from .shading.program import Program, constant_background
 
 DEFAULT = "the default material"
 

@@ -18,8 +18,8 @@ from photon_engine.blender.images import ImageTable  # noqa: E402
 from photon_engine.blender.node_trees import material_graph  # noqa: E402
 from photon_engine.issues import IssueLog  # noqa: E402
 from photon_engine.scene.data import Material  # noqa: E402
+from photon_engine.shading.material import compile_material  # noqa: E402
 from photon_engine.shading.points import ObjectTable, ShadePoints  # noqa: E402
-from photon_engine.shading.program import compile_material  # noqa: E402
 
 SIZE = 32
 # Cycles' filter of 0.01 px shifts samples by up to 0.005 px, 1.6e-4 of the patch; half-float tables and float32

@@ -14,7 +14,8 @@ from photon_engine.blender.images import ImageTable  # noqa: E402
 from photon_engine.blender.node_trees import material_graph, world_graph  # noqa: E402
 from photon_engine.issues import IssueLog  # noqa: E402
 from photon_engine.scene.data import Material  # noqa: E402
-from photon_engine.shading.program import compile_material, constant_background  # noqa: E402
+from photon_engine.shading.material import compile_material  # noqa: E402
+from photon_engine.shading.program import constant_background  # noqa: E402
 from tests.node_patch import SIZE, TOLERANCE, Patch, channel, feed, new, out, ramp  # noqa: E402
 
 

@@ -20,6 +20,7 @@ REFRACT = 5  # GGX refraction only
 TRANSPARENT = 6  # straight through: no vertex of the path ("null")
 EMISSION = 7  # radiates `weight`, both sides
 HOLDOUT = 8
+ABSORPTION = 9  # of the inside of a volume; never in a row
 
 # Fresnel modes of REFLECT and GLASS
 FRESNEL_NONE = 0  # 1 (Glossy BSDF: weight is the colour; COLOR_A = colour too, for MULTISCATTER)

@@ -10,7 +10,8 @@ from ..issues import IssueLog
 from ..plan import Line, make_plan
 from ..scene.data import SceneData
 from ..settings import Settings
-from ..shading.program import Program, compile_material
+from ..shading.material import compile_material
+from ..shading.program import Program
 from ..survey import survey
 
 

@@ -16,6 +16,7 @@ class Photons(NamedTuple):
     key: np.ndarray  # (n,) u64, random numbers of this path
     seen: np.ndarray  # (n,) u8, history: SEEN_SHARP, and the number of vertices D times ONE_ROUGH
     dark: np.ndarray  # (n,) f32, a surface nearer than this takes the photon without being lit (soft lamps) [m]
+    inside: np.ndarray  # (n,) i64, bits of the absorbing media it is in; (0,) in a scene without
 
 
 class Deposits(NamedTuple):
@@ -33,8 +34,8 @@ ONE_ROUGH = 2  # added for each vertex D
 MAX_ROUGH = 126  # more than that are not told apart
 
 
-def empty_photons(n: int) -> Photons:
-    """Room for n photons in flight."""
+def empty_photons(n: int, media: bool = False) -> Photons:
+    """Room for n photons in flight; media: where something absorbs."""
     return Photons(
         np.empty((n, 3), np.float32),
         np.empty((n, 3), np.float32),
@@ -42,6 +43,7 @@ def empty_photons(n: int) -> Photons:
         np.empty(n, np.uint64),
         np.zeros(n, np.uint8),
         np.zeros(n, np.float32),
+        np.zeros(n if media else 0, np.int64),
     )
 
 

@@ -14,12 +14,12 @@ import numpy as np
 from ..bsdf import layout
 from ..bsdf.layout import Lobe
 from ..issues import IssueLog
-from ..scene.data import Graph, Image, Material, Node, Socket
+from ..scene.data import Graph, Image, Node, Socket
 from . import nodes  # noqa: F401  (fills the registry)
 from .fallback import fallback_kind, report_unsupported
 from .points import ShadePoints, probe_points
 from .registry import REGISTRY, SCALARS, NodeKind, constant, convert, zero
-from .relief import SHIFT, displacement_normal, expand_bumps
+from .relief import SHIFT, expand_bumps
 
 SHARP_KINDS = {layout.REFLECT, layout.GLASS, layout.REFRACT}
 ROUGH_KINDS = {layout.DIFFUSE, layout.TRANSLUCENT, *SHARP_KINDS}
@@ -82,6 +82,7 @@ class Program:
     needs: frozenset[str] = frozenset()  # fields of ShadePoints that are read: "uv", "uv:NAME", "generated", ...
     constant: bool = True
     relief: Program | None = None  # displacement shown as bump: its surface is the normal
+    absorption: np.ndarray | None = None  # (3,) f64, of the inside [1/m]; None: nothing is there
     _probe: list[Lobe] = field(default_factory=list)
 
     def lobes(self, points: ShadePoints | None = None) -> list[Lobe]:
@@ -90,7 +91,7 @@ class Program:
             return []
         if self.relief is None or points is None:
             return self.run(points)
-        normal = points.facing(self.relief.run(points).T).astype(np.float32)
+        normal = points.facing(np.asarray(self.relief.run(points), np.float32).T)
         return with_normal(self.run(replace(points, ns=normal)), normal)
 
     def run(self, points: ShadePoints | None):
@@ -184,23 +185,10 @@ def with_normal(lobes: list[Lobe], normal: np.ndarray) -> list[Lobe]:
     ]
 
 
-def compile_material(material: Material, images: list[Image], issues: IssueLog) -> Program:
-    """A material's program; nodes that are not supported are reported once by material and node name."""
-    program = compile_graph(material.graph, material.name, images, issues)
-    bump = displacement_normal(material.graph) if material.displacement in ("BUMP", "BOTH") else None
-    if bump is not None and program.surface is not None:
-        program.relief = compile_graph(bump, material.name, images, issues, "VECTOR")
-        program.needs = program.needs | program.relief.needs
-        program.constant = False
-    return program
-
-
 def compile_graph(
     graph: Graph, name: str, images: list[Image], issues: IssueLog, target: str = "SHADER"
 ) -> Program:
     """The program of a graph's surface; target: the kind of value that it gives."""
-    if graph.volume is not None:
-        issues.warn(name, "volumes are not supported yet", "the inside is empty")
     graph = expand_bumps(surface_part(graph))
     calls = [_make_call(graph, index, name, images, issues) for index in range(len(graph.nodes))]
     surface = None if graph.surface is None else _source(graph, graph.surface, target)

@@ -18,6 +18,7 @@ from ..sampling.rng import uniform
 from ..vec import add, dot, length, load3, max3, scale, store3, sub
 from .eye_kernels import add3
 from .lobes import keep_narrow
+from .media import after_surface, no_bits
 
 DIRECT_DIMENSION = 4096  # random numbers of direct light and gathering come after those of the eye path
 SECOND_DIMENSION = 8192
@@ -32,6 +33,7 @@ class ShadowRays(NamedTuple):
     t_max: np.ndarray  # (n,) f32
     light: np.ndarray  # (n, 3) f32, what it adds to the pixel
     pixel: np.ndarray  # (n,) i32
+    inside: np.ndarray  # (n,) i64, bits of the absorbing media it is in; (0,) in a scene without
 
 
 class SecondPaths(NamedTuple):
@@ -47,21 +49,23 @@ class SecondPaths(NamedTuple):
     key: np.ndarray  # (n,) u64
     pixel: np.ndarray  # (n,) i32
     bare: np.ndarray  # (n,) bool, only straight passes so far: what it meets is direct light
+    inside: np.ndarray  # (n,) i64, as in ShadowRays
 
 
-def empty_shadow_rays(n: int) -> ShadowRays:
-    """Room for n shadow rays."""
+def empty_shadow_rays(n: int, media: bool = False) -> ShadowRays:
+    """Room for n shadow rays; media: where something absorbs."""
     return ShadowRays(
         np.empty((n, 3), np.float32),
         np.empty((n, 3), np.float32),
         np.empty(n, np.float32),
         np.empty((n, 3), np.float32),
         np.empty(n, np.int32),
+        no_bits(n, media),
     )
 
 
-def empty_second_paths(n: int) -> SecondPaths:
-    """Room for n secondary paths."""
+def empty_second_paths(n: int, media: bool = False) -> SecondPaths:
+    """Room for n secondary paths; media: where something absorbs."""
     f3 = [np.empty((n, 3), np.float32) for _ in range(4)]
     return SecondPaths(
         *f3,
@@ -71,6 +75,7 @@ def empty_second_paths(n: int) -> SecondPaths:
         np.empty(n, np.uint64),
         np.empty(n, np.int32),
         np.ones(n, bool),
+        no_bits(n, media),
     )
 
 
@@ -118,6 +123,9 @@ def sample_lights(laws, lights, surfaces, points, j, samples, mis, rays):
         rays.t_max[count] = min(reach * SHORTEN, 1e30)
         store3(rays.light, count, value)
         rays.pixel[count] = points.pixel[m]
+        if len(rays.inside):
+            prim = surfaces.prim[i]
+            rays.inside[count] = after_surface(laws.media, points.inside[m], prim, dot(ng, wo), dot(ng, wi))
         count += 1
     return count
 
@@ -176,6 +184,8 @@ def attenuate_shadows(laws, surfaces, rays, casts):
         rays.t_max[alive] = rays.t_max[i] - surfaces.t[i]
         store3(rays.light, alive, light)
         rays.pixel[alive] = rays.pixel[i]
+        if len(rays.inside):
+            rays.inside[alive] = after_surface(laws.media, rays.inside[i], prim, -dot(ng, d), dot(ng, d))
         alive += 1
     return alive
 
@@ -232,5 +242,8 @@ def sample_lobes(laws, surfaces, points, gathers, paths):
         paths.key[count] = key
         paths.pixel[count] = points.pixel[m]
         paths.bare[count] = True
+        if len(paths.inside):
+            prim = surfaces.prim[i]
+            paths.inside[count] = after_surface(laws.media, points.inside[m], prim, dot(ng, wo), dot(ng, wi))
         count += 1
     return count

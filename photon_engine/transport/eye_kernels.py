@@ -15,6 +15,7 @@ from ..jit import kernel
 from ..lights.sample import lamps_along_ray, suns_along_ray, world_radiance
 from ..sampling.rng import DIMENSIONS_PER_BOUNCE, path_key, uniform
 from ..vec import add, dot, load3, luminance, madd, max3, mul, scale, store3
+from .media import after_surface, no_bits
 from .photon_kernels import choose_class
 
 
@@ -31,6 +32,7 @@ class EyePaths(NamedTuple):
     t_max: np.ndarray  # (n,) f32, far clipping along the ray [m]
     bare: np.ndarray  # (n,) bool, only straight passes so far
     unguided: np.ndarray  # (n,) bool, nothing rough met yet: what is seen next guides the denoiser
+    inside: np.ndarray  # (n,) i64, bits of the absorbing media it is in; (0,) in a scene without
 
 
 class VisiblePoints(NamedTuple):
@@ -42,6 +44,7 @@ class VisiblePoints(NamedTuple):
     key: np.ndarray  # (m,) u64
     pixel: np.ndarray  # (m,) i32
     footprint: np.ndarray  # (m,) f32, radius of a pixel on the surface [m]
+    inside: np.ndarray  # (m,) i64, as in EyePaths, on the side that is seen
 
 
 class Tile(NamedTuple):
@@ -72,11 +75,12 @@ class EyeRules(NamedTuple):
     eye: np.ndarray  # (3,) f64, the camera's position, recentred [m]
 
 
-def empty_paths(n: int) -> EyePaths:
-    """Room for n eye paths."""
+def empty_paths(n: int, media: bool = False) -> EyePaths:
+    """Room for n eye paths; media: where something absorbs."""
     f3 = [np.empty((n, 3), np.float32) for _ in range(3)]
     f1 = [np.empty(n, np.float32) for _ in range(3)]
-    return EyePaths(*f3, np.empty(n, np.uint64), np.empty(n, np.int32), *f1, np.ones(n, bool), np.ones(n, bool))
+    flags = [np.ones(n, bool) for _ in range(2)]
+    return EyePaths(*f3, np.empty(n, np.uint64), np.empty(n, np.int32), *f1, *flags, no_bits(n, media))
 
 
 def empty_tile(n: int) -> Tile:
@@ -90,8 +94,8 @@ def empty_tile(n: int) -> Tile:
     )
 
 
-def empty_points(n: int) -> VisiblePoints:
-    """Room for n visible points."""
+def empty_points(n: int, media: bool = False) -> VisiblePoints:
+    """Room for n visible points; media: where something absorbs."""
     return VisiblePoints(
         np.empty(n, np.int32),
         np.empty((n, 3), np.float32),
@@ -99,6 +103,7 @@ def empty_points(n: int) -> VisiblePoints:
         np.empty(n, np.uint64),
         np.empty(n, np.int32),
         np.empty(n, np.float32),
+        no_bits(n, media),
     )
 
 
@@ -259,6 +264,8 @@ def eye_step(laws, rules, lights, surfaces, paths, bounce, points, tile):
         _advance(paths, alive, i, t, spread)
         paths.width[alive] = width
         paths.bare[alive] = paths.bare[alive] and cls == CLASS_NULL
+        if len(paths.inside):
+            paths.inside[alive] = after_surface(laws.media, paths.inside[i], prim, dot(ng, wo), dot(ng, wi))
         store3(paths.o, alive, offset_origin(p, ng, wi, laws.reach))
         store3(paths.d, alive, wi)
         store3(paths.beta, alive, beta)
@@ -325,6 +332,8 @@ def _end(points, m, paths, i, wo, beta, footprint):
     points.key[m] = paths.key[i]
     points.pixel[m] = paths.pixel[i]
     points.footprint[m] = footprint
+    if len(points.inside):
+        points.inside[m] = paths.inside[i]
 
 
 @kernel

@@ -66,7 +66,8 @@ def _render_tile(scene: RenderScene, run: EyeRun, maps: Maps, picture: Tile, can
     """One run of pixels."""
     tile = Tile(*(field[first : first + PIXELS_AT_ONCE] for field in picture))
     n = len(tile.alpha)
-    paths = empty_paths(n)
+    paths = empty_paths(n, scene.absorbs)
+    paths.inside[:] = scene.camera_inside
     camera_rays(scene.camera, run.key, region_of(scene.frame), first, paths)
     tile.depth[:] = BACKGROUND_DEPTH
     rays = 0
@@ -75,7 +76,9 @@ def _render_tile(scene: RenderScene, run: EyeRun, maps: Maps, picture: Tile, can
             break
         surfaces = scene.surfaces(paths.o, paths.d, paths.t_max, is_camera=bounce == 0)
         rays += len(paths.key)
-        points = empty_points(len(paths.key))
+        if scene.absorbs:
+            scene.absorb(paths.inside, surfaces, paths.beta)
+        points = empty_points(len(paths.key), scene.absorbs)
         n, ended = eye_step(scene.laws, scene.rules, scene.seen_lights, surfaces, paths, bounce, points, tile)
         if ended:
             rays += _light_points(scene, run, maps, surfaces, head(points, ended), tile)
@@ -106,7 +109,7 @@ def _light_points(
 
 def _shadow_rays(scene: RenderScene, run: EyeRun, surfaces: Surfaces, points: VisiblePoints, j: int, tile: Tile) -> int:
     """One shadow ray from every visible point."""
-    rays = empty_shadow_rays(len(points.hit))
+    rays = empty_shadow_rays(len(points.hit), scene.absorbs)
     count = sample_lights(
         scene.laws, scene.lights, surfaces, points, j, run.light_samples, 1 if run.lobe_rays else 0, rays
     )
@@ -114,12 +117,16 @@ def _shadow_rays(scene: RenderScene, run: EyeRun, surfaces: Surfaces, points: Vi
     traced = count
     if not scene.plan.see_through:
         occluded = scene.intersector.occluded(rays.o, rays.d, rays.t_max)
+        if scene.absorbs:
+            scene.absorb(rays.inside, None, rays.light, rays.t_max)
         add_unoccluded(rays, occluded, count, tile.direct)
         return traced
     for _ in range(run.max_bounces):
         if not count:
             break
         between = scene.surfaces(rays.o, rays.d, rays.t_max, is_shadow=True)
+        if scene.absorbs:
+            scene.absorb(rays.inside, between, rays.light, rays.t_max)
         add_unoccluded(rays, between.prim >= 0, count, tile.direct)
         count = attenuate_shadows(scene.laws, between, rays, scene.casts_shadow)
         rays = head(rays, count)
@@ -131,7 +138,7 @@ def _second_rays(
     scene: RenderScene, run: EyeRun, maps: Maps, surfaces: Surfaces, points: VisiblePoints, tile: Tile
 ) -> int:
     """One ray from the lobes of every visible point: direct light by MIS, diffuse light by final gather."""
-    paths = empty_second_paths(len(points.hit))
+    paths = empty_second_paths(len(points.hit), scene.absorbs)
     gathers = 2 if run.gather_all else 1 if run.gather_narrow else 0
     count = sample_lobes(scene.laws, surfaces, points, gathers, paths)
     paths = head(paths, count)
@@ -141,7 +148,10 @@ def _second_rays(
             break
         there = scene.surfaces(paths.o, paths.d)
         traced += len(paths.key)
-        landings = empty_points(len(paths.key))
+        if scene.absorbs:
+            scene.absorb(paths.inside, there, paths.beta)
+            scene.absorb(paths.inside, there, paths.gather)
+        landings = empty_points(len(paths.key), scene.absorbs)
         count, landed = second_step(
             scene.laws, scene.lights, there, paths, bounce, max(run.light_samples, 1), landings, tile.direct
         )

@@ -13,8 +13,9 @@ from ..geometry.intersect import Hits
 from ..geometry.surface import surface_points
 from ..issues import IssueLog
 from ..scene.data import SceneData
+from ..shading.material import compile_material
 from ..shading.points import ObjectTable, ShadePoints, probe_points
-from ..shading.program import Program, compile_material
+from ..shading.program import Program
 from .attributes import Neighbours, fill_attributes
 
 DEFAULT_GREY = 0.8  # what Blender shows for a slot without a material

@@ -18,6 +18,7 @@ from ..photons.batch import MAX_ROUGH, ONE_ROUGH, SEEN_SHARP
 from ..photons.packing import pack_direction
 from ..sampling.rng import DIMENSIONS_PER_BOUNCE, path_key, shifted, uniform
 from ..vec import add, dot, load3, max3, scale, store3, sub
+from .media import Media, after_surface
 
 CAUSTIC = 0  # store L S+ D, stop at the first D
 DIFFUSE = 1  # store every D after the first D; go on
@@ -47,10 +48,11 @@ class Laws(NamedTuple):
     reach: float  # radius of the scene [m]
     max_rough: int  # a photon ends at its next rough vertex after this many
     terminator: np.ndarray  # (instances,) f32, cutoff of geometry/terminator.py
+    media: Media  # what absorbs inside closed surfaces
 
 
 @kernel
-def emit_everywhere(lights, points, key, first, photons, tally):
+def emit_everywhere(lights, media, points, key, first, photons, tally):
     """Photons `first` onward of len(points), from all lights by their power; points (N, 6) u32 as in rng.shifted."""
     total = len(points)
     for i in range(len(photons.key)):
@@ -66,11 +68,13 @@ def emit_everywhere(lights, points, key, first, photons, tally):
             shifted(points, key, n, 4),
         )
         photons.dark[i] = dark_distance(lights, light, o, d)
+        if len(photons.inside):
+            photons.inside[i] = media.at_light[light]
         _launch(photons, i, k, o, d, scale(phi, 1.0 / (p_light * total)), tally)
 
 
 @kernel
-def emit_at_targets(lights, targets, points, key, first, photons, tally):
+def emit_at_targets(lights, targets, media, points, key, first, photons, tally):
     """Photons `first` onward of len(points), aimed at the specular objects."""
     total = len(points)
     for i in range(len(photons.key)):
@@ -88,6 +92,8 @@ def emit_at_targets(lights, targets, points, key, first, photons, tally):
             shifted(points, key, n, 4),
         )
         photons.dark[i] = dark_distance(lights, light, o, d)
+        if len(photons.inside):
+            photons.inside[i] = media.at_light[light]
         _launch(photons, i, k, o, d, scale(phi, 1.0 / (p_light * total)), tally)
 
 
@@ -166,6 +172,9 @@ def photon_step(laws, surfaces, photons, mode, bounce, deposits, stored, tally):
         if not go_on:
             continue
         absorbed = sub(absorbed, phi_out)
+        if len(photons.inside):
+            beyond = after_surface(laws.media, photons.inside[i], surfaces.prim[i], dot(ng, wo), dot(ng, wi))
+            photons.inside[alive] = beyond
         store3(photons.o, alive, offset_origin(p, ng, wi, laws.reach))
         store3(photons.d, alive, wi)
         store3(photons.phi, alive, phi_out)

@@ -11,7 +11,7 @@ from scipy.stats import qmc
 
 from ..photons.batch import Deposits, empty_deposits, empty_photons, head, join
 from ..sampling.rng import STREAM_CAUSTIC, STREAM_DIFFUSE, make_key
-from .photon_kernels import CAUSTIC, DROPPED, emit_at_targets, emit_everywhere, photon_step
+from .photon_kernels import ABSORBED, CAUSTIC, DROPPED, emit_at_targets, emit_everywhere, photon_step
 from .render_scene import RenderScene
 
 EMIT_DIMENSIONS = 6  # which light, which target, two for the point, two for the direction
@@ -62,17 +62,19 @@ def _trace_chunk(scene: RenderScene, run: PhotonRun, cancelled: Callable[[], boo
     """One chunk of photons from their lights to their ends."""
     n = min(CHUNK, run.total - first)
     tally = np.zeros((4, 3))
-    photons = empty_photons(n)
+    photons = empty_photons(n, scene.absorbs)
     if run.mode == CAUSTIC:
-        emit_at_targets(scene.lights, scene.targets, run.points, run.key, first, photons, tally)
+        emit_at_targets(scene.lights, scene.targets, scene.laws.media, run.points, run.key, first, photons, tally)
     else:
-        emit_everywhere(scene.lights, run.points, run.key, first, photons, tally)
+        emit_everywhere(scene.lights, scene.laws.media, run.points, run.key, first, photons, tally)
     deposits, stored, rays = empty_deposits(2 * n), 0, 0
     for bounce in range(run.max_bounces):
         if cancelled():
             break
         surfaces = scene.surfaces(photons.o, photons.d, is_photon=True)
         rays += n
+        if scene.absorbs:
+            tally[ABSORBED] += scene.absorb(photons.inside, surfaces, photons.phi)
         if stored + n > len(deposits.wi):
             deposits = _grown(deposits, stored, n)
         n, stored = photon_step(scene.laws, surfaces, photons, run.mode, bounce, deposits, stored, tally)

@@ -73,7 +73,8 @@ def _visible_points(scene: RenderScene, settings: Settings) -> tuple[np.ndarray,
     frame = scene.frame
     pixels = (frame.x1 - frame.x0) * (frame.y1 - frame.y0)
     count = min(pixels, PILOT_PIXELS)
-    paths = empty_paths(count)
+    paths = empty_paths(count, scene.absorbs)
+    paths.inside[:] = scene.camera_inside
     tile = empty_tile(count)
     positions, footprints = [np.zeros((0, 3), np.float32)], [np.zeros(0, np.float32)]
     # an odd stride walks through all columns
@@ -82,7 +83,7 @@ def _visible_points(scene: RenderScene, settings: Settings) -> tuple[np.ndarray,
     camera_rays(scene.camera, key, region_of(frame, stride), 0, paths)
     for bounce in range(settings.max_bounces):
         surfaces = scene.surfaces(paths.o, paths.d, paths.t_max, is_camera=bounce == 0)
-        points = empty_points(len(paths.key))
+        points = empty_points(len(paths.key), scene.absorbs)
         n, ended = eye_step(scene.laws, scene.rules, scene.seen_lights, surfaces, paths, bounce, points, tile)
         if ended:
             hit = points.hit[:ended]

@@ -20,6 +20,7 @@ from ..settings import Settings
 from ..survey import survey
 from .eye_kernels import EyeRules
 from .materials import MaterialTable
+from .media import absorb, find_media, inside_at, locate_lights
 from .photon_kernels import Laws, Surfaces
 
 BACKGROUND_DEPTH = 1e10  # as Cycles writes it
@@ -61,7 +62,14 @@ class RenderScene:
         self.seen_lights = self.lights if self.plan.sees_lights else self.lights._replace(kind=self.lights.kind[:0])
         self.targets = self._targets() if self.plan.caustic_map else None
         terminator = np.array([item.terminator_offset for item in scene.instances] + [0.0], np.float32)
-        self.laws = Laws(settings.specular_threshold, self.flat.radius, settings.diffuse_bounces, terminator)
+        sigma = [program.absorption for program in self.materials.programs]
+        media = find_media(scene, self.flat, sigma, issues)
+        media = locate_lights(media, self.flat, self.intersector, self.lights)
+        bounces = settings.diffuse_bounces
+        self.laws = Laws(settings.specular_threshold, self.flat.radius, bounces, terminator, media)
+        self.absorbs = len(media.sigma) > 0
+        eye = scene.camera.matrix[:3, 3] - self.flat.origin
+        self.camera_inside = inside_at(media, self.flat, self.intersector, eye)
         visible = np.array([item.visible_camera for item in scene.instances] + [True], bool)
         self.casts_shadow = np.array([item.visible_shadow for item in scene.instances] + [True], bool)
         holdout = np.array([item.holdout for item in scene.instances] + [False], bool)
@@ -77,6 +85,14 @@ class RenderScene:
         rows, row = self.materials.shade(hits, d, **path)
         scratch = np.empty((rows.kind.shape[1], 8))
         return Surfaces(self.flat.geometry, rows, row, hits.prim, hits.u, hits.v, hits.t, scratch)
+
+    def absorb(self, inside: np.ndarray, surfaces: Surfaces | None, colors: np.ndarray, t_max=np.inf) -> np.ndarray:
+        """Take from colours (n, 3) what media absorb up to the hits, else to t_max [m]; out: (3,) all that is lost."""
+        far = np.broadcast_to(np.float32(t_max), inside.shape)
+        distance = far if surfaces is None else np.where(surfaces.prim >= 0, surfaces.t, far)
+        lost = np.zeros(3)
+        absorb(self.laws.media, inside, np.ascontiguousarray(distance, np.float32), colors, lost)
+        return lost
 
     def _emitters(self, scene: SceneData) -> Emitters:
         """Triangles whose material radiates, with their mean radiance."""

@@ -16,6 +16,7 @@ from ..sampling.rng import DIMENSIONS_PER_BOUNCE, uniform
 from ..vec import add, dot, length, load3, max3, mul, scale, store3, sub
 from .direct_kernels import SECOND_DIMENSION
 from .eye_kernels import add3
+from .media import after_surface
 from .photon_kernels import choose_class
 
 
@@ -91,6 +92,8 @@ def second_step(laws, lights, surfaces, paths, bounce, samples, landings, direct
         u = (u0, uniform(key, dim + 1), uniform(key, dim + 2))
         ok, wi, weight, _, eta = sample(rows, row, ns, ng, wo, cls, scratch, u, 0, laws.threshold)
         if ok and _pass_on(paths, alive, i, scale(weight, 1.0 / (p_class * eta * eta)), cls == CLASS_NULL):
+            if len(paths.inside):
+                paths.inside[alive] = after_surface(laws.media, paths.inside[i], prim, dot(ng, wo), dot(ng, wi))
             store3(paths.o, alive, offset_origin(p, ng, wi, laws.reach))
             store3(paths.d, alive, wi)
             alive += 1
@@ -106,6 +109,8 @@ def _land(landings, m, paths, i, wo, p_class):
     landings.key[m] = paths.key[i]
     landings.pixel[m] = paths.pixel[i]
     landings.footprint[m] = np.float32(1e30)
+    if len(landings.inside):
+        landings.inside[m] = paths.inside[i]
 
 
 @kernel

@@ -12,9 +12,20 @@ from . import (
     shaders,
     spectra,
     vectors,
+    volumes,
 )
 
 __all__ = [
-    "colors", "curves", "geometry_inputs", "image", "patterns", "procedural", "relief", "scalars", "shaders", "spectra",
+    "colors",
+    "curves",
+    "geometry_inputs",
+    "image",
+    "patterns",
+    "procedural",
+    "relief",
+    "scalars",
+    "shaders",
+    "spectra",
     "vectors",
-]  # fmt: skip
+    "volumes",
+]

@@ -4,8 +4,9 @@ import pytest
 from ...bsdf import layout
 from ...issues import IssueLog
 from ...scene.data import Graph, Image, Material, Node, Socket
+from ..material import compile_material
 from ..points import ShadePoints, probe_points
-from ..program import compile_material, constant_background
+from ..program import constant_background
 from ..registry import LUMINANCE, convert
 
 
@@ -240,11 +241,34 @@ def test_bump_of_a_constant_keeps_its_base_normal():
     assert not list(b.issues)
 
 
-def test_volume_is_reported_and_left_out():
+def volume_program(**inputs):
+    """A diffuse material around a Principled Volume."""
     b = Builder()
-    smoke = b.add("ShaderNodeVolumePrincipled", {"Volume": "SHADER"})
+    smoke = b.add("ShaderNodeVolumePrincipled", {"Volume": "SHADER"}, **inputs)
     diffuse = b.diffuse()
     graph = Graph(b.nodes, Socket(None, diffuse, "BSDF", "SHADER"), Socket(None, smoke, "Volume", "SHADER"))
-    program = compile_material(Material("Smoke", graph), [], b.issues)
-    assert [str(issue) for issue in b.issues] == ["Smoke: volumes are not supported yet (the inside is empty)"]
+    return compile_material(Material("Smoke", graph), [], b.issues), [str(issue) for issue in b.issues]
+
+
+ABSORBING = {"Density": ("VALUE", 2.0), "Absorption_Color": ("RGBA", [0.25, 1.0, 0.0, 1.0])}
+
+
+def test_absorption_of_a_volume():
+    """Density times (1 - colour) (1 - sqrt(absorption colour)); what scatters is reported."""
+    program, said = volume_program(Color=("RGBA", [0.0, 0.0, 0.0, 1.0]), **ABSORBING)
+    np.testing.assert_allclose(program.absorption, [1.0, 0.0, 2.0])
+    assert not said
+    program, said = volume_program(Color=("RGBA", [0.5, 0.5, 0.5, 1.0]), **ABSORBING)
+    np.testing.assert_allclose(program.absorption, [0.5, 0.0, 1.0])
+    assert len(said) == 1 and "scatters" in said[0] and "only its absorption" in said[0]
     assert [lobe.kind for lobe in program.lobes()] == [layout.DIFFUSE]
+
+
+def test_volume_without_surface_is_clear():
+    b = Builder()
+    glass = b.add("ShaderNodeVolumeAbsorption", {"Volume": "SHADER"}, Color=("RGBA", [0.2, 0.5, 1.0, 1.0]),
+                  Density=("VALUE", 3.0))
+    graph = Graph(b.nodes, None, Socket(None, glass, "Volume", "SHADER"))
+    program = compile_material(Material("Air", graph), [], b.issues)
+    np.testing.assert_allclose(program.absorption, [2.4, 1.5, 0.0], rtol=1e-6)
+    assert [lobe.kind for lobe in program.lobes()] == [layout.TRANSPARENT]
