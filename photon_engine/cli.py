@@ -23,7 +23,7 @@ from .driver.session import Session
 from .film.accumulate import Film
 from .film.darkroom import Darkroom, never
 from .film.output import OutputError, check_writable
-from .film.passes import PASSES, USUAL, in_full_frame
+from .film.passes import ALL_NAMES, BY_NAME, PASSES, USUAL, in_full_frame
 from .issues import IssueLog, RenderError, StopReason, log
 from .scene.data import Frame, SceneData
 from .settings import FIELDS, Settings, parse_value
@@ -132,6 +132,8 @@ def _settings_argument(command: argparse.ArgumentParser) -> None:
     """--set, with the list of settings below the help."""
     command.epilog, command.formatter_class = settings_help(), argparse.RawDescriptionHelpFormatter
     command.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="any setting, see below")
+    command.add_argument("--only", type=_outputs, default=ALL_NAMES, metavar="NAME[,NAME]",
+                         help="make these pictures only, with no work for others: Combined, Caustic, Depth, ...")  # fmt: skip
 
 
 def settings_help() -> str:
@@ -151,6 +153,14 @@ def _resolution(text: str) -> tuple[int, int]:
     if width < 1 or height < 1:
         raise argparse.ArgumentTypeError(f"'{text}' has no pixels: both must be above 0")
     return width, height
+
+
+def _outputs(text: str) -> frozenset[str]:
+    """Names of pictures, separated by commas."""
+    wanted = frozenset(name.strip().title() for name in text.split(","))
+    if wrong := sorted(wanted - ALL_NAMES):
+        raise argparse.ArgumentTypeError(f"there is no picture {', '.join(wrong)}: one of {', '.join(BY_NAME)}")
+    return wanted
 
 
 def flag_settings(arguments: argparse.Namespace) -> dict:
@@ -223,7 +233,7 @@ def run_render(arguments: argparse.Namespace, console: Console) -> int:
     settings = Settings(**{**loaded.settings, **flags})
     if film:
         film.seed = settings.seed
-    session = Session(loaded.scene, settings, issues)
+    session = Session(loaded.scene, settings, issues, outputs=arguments.only)
     with interruptible(console):
         try:
             stop = session.render(console, film, arguments.first)
@@ -255,7 +265,8 @@ def _write_pictures(darkroom: Darkroom, output: Path, sheet: Path | None) -> Non
 
     film = darkroom.film
     frame = Frame(**film.meta["frame"])
-    names = [item.name for item in (USUAL if darkroom.denoise == "OFF" else PASSES)]
+    wanted = film.meta.get("outputs", ALL_NAMES)
+    names = [item.name for item in (USUAL if darkroom.denoise == "OFF" else PASSES) if item.name in wanted]
     pictures = {name: in_full_frame(picture, frame) for name, picture in darkroom.pictures(names).items()}
     meta = {name: film.meta[name] for name in ("scene", "settings", "seconds")}
     meta |= {"passes": film.count, "seed": film.seed, "blocks": film.blocks}
@@ -308,7 +319,7 @@ def run_info(arguments: argparse.Namespace, console: Console) -> int:
     from .driver.summary import summarize, summary_text
 
     check_scene(loaded.scene, issues)
-    record = summarize(loaded.scene, settings, issues)
+    record = summarize(loaded.scene, settings, issues, arguments.only)
     text = json.dumps(record | {"issues": issue_records(issues)}, indent=2) if arguments.json else None
     sys.stdout.write((text or summary_text(record, issues)) + "\n")
     return OK

@@ -11,6 +11,7 @@ from photon_engine.blender.meshes import MeshNeeds, extract_mesh
 from photon_engine.issues import IssueLog, Severity
 
 NOTHING = MeshNeeds()
+ACTIVE_UV = MeshNeeds(uvs=frozenset({""}))
 
 
 @pytest.fixture(autouse=True)
@@ -69,7 +70,7 @@ def naive(me):
 
 def test_extraction_equals_its_naive_twin():
     me = evaluated(monkey())
-    mesh = extract_mesh(me, "Suzanne", NOTHING, IssueLog())
+    mesh = extract_mesh(me, "Suzanne", MeshNeeds(uvs=frozenset({"UVMap", "", "third"})), IssueLog())
     positions, triangles, normals, uvs, slots = naive(me)
     np.testing.assert_array_equal(mesh.positions, positions)
     np.testing.assert_array_equal(mesh.triangles, triangles)
@@ -234,12 +235,20 @@ def test_nothing_is_left_of_a_mesh_without_faces():
     assert next(iter(issues)).object == "Bad"
 
 
+def test_uvs_that_nothing_reads_are_not_allocated():
+    me = evaluated(monkey())
+    assert extract_mesh(me, "Suzanne", NOTHING, IssueLog()).uvs == {}
+    mesh = extract_mesh(me, "Suzanne", MeshNeeds(uvs=frozenset({"third"})), IssueLog())
+    assert list(mesh.uvs) == ["third"] and mesh.active_uv == "second"
+    assert list(extract_mesh(me, "Suzanne", ACTIVE_UV, IssueLog()).uvs) == ["second"]
+
+
 def test_undefined_uvs_are_reported():
     ob = add("Tri", [(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)])
     layer = ob.data.uv_layers.new(name="UVMap")
     layer.uv[1].vector = (np.nan, 2.0)
     issues = IssueLog()
-    mesh = extract_mesh(evaluated(ob), "Tri", NOTHING, issues)
+    mesh = extract_mesh(evaluated(ob), "Tri", ACTIVE_UV, issues)
     assert mesh.uvs["UVMap"][0, 1].tolist() == [0.0, 2.0]
     assert "UVMap" in next(iter(issues)).message
 
@@ -311,7 +320,7 @@ def test_a_million_triangles_take_less_than_half_a_second():
     runs = []
     for _ in range(3):
         start = time.process_time()
-        mesh = extract_mesh(me, "Grid", NOTHING, IssueLog())
+        mesh = extract_mesh(me, "Grid", ACTIVE_UV, IssueLog())
         runs.append(time.process_time() - start)
     print(f"{len(mesh.triangles)} triangles with normals, UVs and slots: {runs[0]:.3f} s cold, {min(runs):.3f} s warm")
     assert len(mesh.triangles) == 1_002_528 and mesh.normals is not None and len(mesh.uvs) == 1

@@ -215,15 +215,15 @@ def test_needs_follow_the_materials():
     ob.data.materials.append(material)
     surface = nodes["Principled BSDF"]
     mesh = extract().meshes[0]
-    assert mesh.generated is None and not mesh.attributes and not mesh.tangents
-    coordinates, read, bump = (nodes.new(f"ShaderNode{k}") for k in ("TexCoord", "Attribute", "NormalMap"))
-    read.attribute_name = "heat"
+    assert mesh.generated is None and not mesh.attributes and not mesh.tangents and not mesh.uvs
+    coordinates, read, bump = (nodes.new(f"ShaderNode{k}") for k in ("TexCoord", "VertexColor", "NormalMap"))
+    read.layer_name = "heat"
     links.new(coordinates.outputs["Generated"], surface.inputs["Base Color"])
-    links.new(read.outputs["Fac" if "Fac" in read.outputs else "Factor"], surface.inputs["Roughness"])
+    links.new(read.outputs["Color"], surface.inputs["Roughness"])
     links.new(bump.outputs["Normal"], surface.inputs["Normal"])
     mesh = extract().meshes[0]
     np.testing.assert_allclose(mesh.generated, (mesh.positions + 1.0) / 2.0, atol=1e-6)
-    assert list(mesh.attributes) == ["heat"] and list(mesh.tangents) == ["UVMap"]
+    assert list(mesh.attributes) == ["heat"] and list(mesh.tangents) == ["UVMap"] and list(mesh.uvs) == ["UVMap"]
 
 
 def test_film_settings(scene):

@@ -11,7 +11,7 @@ from ..driver.session import Session
 from ..issues import IssueLog, RenderError, StopReason
 from ..settings import Settings
 from .extract import extract_scene
-from .passes import register_passes
+from .passes import register_passes, wanted_outputs
 from .properties import settings_from
 from .result import EngineListener, picture_size, remember, report, write_black
 
@@ -60,6 +60,7 @@ class PhotonMapEngine(bpy.types.RenderEngine):
     def _render(self, depsgraph, listener: EngineListener) -> None:
         """Extract, render, report; the listener writes the pictures."""
         issues = IssueLog()
+        session = None
         try:
             self.update_stats("", "Reading the scene")
             if depsgraph.scene.camera is None:
@@ -67,7 +68,8 @@ class PhotonMapEngine(bpy.types.RenderEngine):
             if depsgraph.scene.render.use_multiview:
                 issues.warn(depsgraph.scene.name, "stereoscopy is not supported: all views show the scene's camera")
             scene = extract_scene(depsgraph, issues)
-            session = Session(scene, self._settings(depsgraph), issues)
+            outputs = frozenset({"Combined"}) if self.is_preview else wanted_outputs(depsgraph.view_layer)
+            session = Session(scene, self._settings(depsgraph), issues, outputs=outputs)
             film = session.new_film(moments=False)
             endless = not (bpy.app.background or self.is_animation or self.is_preview)
             try:
@@ -80,7 +82,7 @@ class PhotonMapEngine(bpy.types.RenderEngine):
                 issues.info("Photon Map", f"cancelled, {film.count} passes are kept")
         finally:
             if not self.is_preview:
-                remember(issues)
+                remember(issues, session.plan if session else None)
                 report(self, issues)
 
     def _settings(self, depsgraph) -> Settings:

@@ -108,7 +108,7 @@ class _Extraction:
     def read_meshes(self) -> None:
         """Read every mesh that an instance shows, and drop those without faces together with their instances."""
         used = {instance.mesh for instance in self.data.instances}
-        needs = [needs_of(material.graph) for material in self.data.materials]
+        needs = [needs_of(material, self.images.images) for material in self.data.materials]
         new_index: dict[int, int] = {}
         for i, (block, owner, materials) in enumerate(self._sources):
             if i not in used:

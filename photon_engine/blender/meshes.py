@@ -17,11 +17,12 @@ from .tangents import corner_tangents
 
 
 class MeshNeeds(NamedTuple):
-    """What the materials on a mesh read beyond positions, normals and UVs."""
+    """What the materials on a mesh read beyond positions and normals."""
 
     generated: bool = False
     attributes: frozenset[str] = frozenset()  # "" is the active colour attribute
     tangents: frozenset[str] = frozenset()  # UV layers; "" is the one active for render
+    uvs: frozenset[str] = frozenset()  # as above; tangents need theirs too
 
 
 def extract_mesh(me: Any, owner: str, needs: MeshNeeds, issues: IssueLog) -> Mesh | None:
@@ -55,7 +56,7 @@ def extract_mesh(me: Any, owner: str, needs: MeshNeeds, issues: IssueLog) -> Mes
         material_index=material_indices(me, faces),
         generated=generated_coordinates(me) if needs.generated else None,
     )
-    _add_uvs(mesh, me, loops, owner, issues)
+    _add_uvs(mesh, me, (loops, needs.uvs | needs.tangents), owner, issues)
     for name in needs.attributes:
         _add_attribute(mesh, me, name, (loops, triangles, keep), owner, issues)
     for layer in needs.tangents:
@@ -210,9 +211,13 @@ def _sharp_triangles(me: Any, faces: np.ndarray | None) -> np.ndarray | None:
     return sharp[faces] if sharp.any() else None
 
 
-def _add_uvs(mesh: Mesh, me: Any, loops: np.ndarray, owner: str, issues: IssueLog) -> None:
-    """Every UV layer, and which one is active for render."""
+def _add_uvs(mesh: Mesh, me: Any, wanted: tuple[np.ndarray, frozenset[str]], owner: str, issues: IssueLog) -> None:
+    """The UV layers that are wanted, and which one is active for render. wanted : loops (T, 3), names."""
+    loops, names = wanted
+    mesh.active_uv = next((layer.name for layer in me.uv_layers if layer.active_render), "")
     for layer in me.uv_layers:
+        if layer.name not in names and not (layer.name == mesh.active_uv and "" in names):
+            continue
         flat = np.empty(len(me.loops) * 2, np.float32)
         layer.uv.foreach_get("vector", flat)
         if not np.isfinite(flat.sum(dtype=np.float64)):
@@ -220,8 +225,6 @@ def _add_uvs(mesh: Mesh, me: Any, loops: np.ndarray, owner: str, issues: IssueLo
             flat = np.where(np.isfinite(flat), flat, np.float32(0.0))
         # a complex number is a pair that numpy gathers in one go
         mesh.uvs[layer.name] = np.take(flat.view(np.complex64), loops).view(np.float32).reshape(*loops.shape, 2)
-        if layer.active_render:
-            mesh.active_uv = layer.name
 
 
 COMPONENTS = {

@@ -1,14 +1,13 @@
-"""Which mesh data a material's graph reads."""
+"""Which mesh data a material reads: what its compiled program looks up, so that nothing else is extracted."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
-from ..scene.data import Graph, Node
+from ..issues import IssueLog
+from ..scene.data import Image, Material
+from ..shading.program import compile_material
 from .meshes import MeshNeeds
-
-# textures that look things up by UV or direction when no vector is linked; all others use Generated
-NOT_GENERATED = ("ShaderNodeTexImage", "ShaderNodeTexEnvironment", "ShaderNodeTexCoord", "ShaderNodeTexSky")
 
 
 def merge_needs(needs: Iterable[MeshNeeds]) -> MeshNeeds:
@@ -16,33 +15,22 @@ def merge_needs(needs: Iterable[MeshNeeds]) -> MeshNeeds:
     out = MeshNeeds()
     for item in needs:
         out = MeshNeeds(
-            out.generated or item.generated, out.attributes | item.attributes, out.tangents | item.tangents
+            out.generated or item.generated,
+            out.attributes | item.attributes,
+            out.tangents | item.tangents,
+            out.uvs | item.uvs,
         )
     return out
 
 
-def needs_of(graph: Graph) -> MeshNeeds:
-    """What the graph reads of a mesh beyond positions, normals and UVs."""
-    read = {(socket.node, socket.output) for node in graph.nodes for socket in node.inputs.values() if socket.node >= 0}
-    return merge_needs(_needs_of_node(node, i, read) for i, node in enumerate(graph.nodes))
-
-
-def _needs_of_node(node: Node, index: int, read: set[tuple[int, str]]) -> MeshNeeds:
-    """What one node reads; ``read`` holds the outputs that something is linked to."""
-    props = node.props
-    if node.type == "ShaderNodeTexCoord":
-        return MeshNeeds(generated=(index, "Generated") in read)
-    if node.type.startswith("ShaderNodeTex") and node.type not in NOT_GENERATED:
-        vector = node.inputs.get("Vector")
-        return MeshNeeds(generated=vector is not None and vector.node < 0)
-    if node.type == "ShaderNodeNormalMap" and props.get("space", "TANGENT") == "TANGENT":
-        return MeshNeeds(tangents=frozenset({props.get("uv_map", "")}))
-    if node.type == "ShaderNodeTangent":
-        if props.get("direction_type") == "UV_MAP":
-            return MeshNeeds(tangents=frozenset({props.get("uv_map", "")}))
-        return MeshNeeds(generated=True)
-    if node.type == "ShaderNodeAttribute" and props.get("attribute_type", "GEOMETRY") == "GEOMETRY":
-        return MeshNeeds(attributes=frozenset({props.get("attribute_name", "")}) - {""})
-    if node.type == "ShaderNodeVertexColor":
-        return MeshNeeds(attributes=frozenset({props.get("layer_name", "")}))
-    return MeshNeeds()
+def needs_of(material: Material, images: list[Image]) -> MeshNeeds:
+    """What a material reads of a mesh beyond positions and normals; hidden branches of its graph read nothing."""
+    program = compile_material(material, images, IssueLog())  # its issues are told when the render compiles it
+    found: dict[str, set[str]] = {}
+    for need in program.needs:
+        kind, _, name = need.partition(":")
+        found.setdefault(kind, set()).add(name)
+    tangents = frozenset(found.get("tangent", ()))
+    return MeshNeeds(
+        "generated" in found, frozenset(found.get("attribute", ())), tangents, tangents | frozenset(found.get("uv", ()))
+    )

@@ -14,6 +14,12 @@ def wanted_passes(layer: bpy.types.ViewLayer) -> list[RenderPass]:
     return [item for item in PASSES if item.name == "Combined" or getattr(group, pass_property(item.name))]
 
 
+def wanted_outputs(layer: bpy.types.ViewLayer) -> frozenset[str]:
+    """Names of the pictures to compute: Combined only when it is switched on, though Blender always has it."""
+    wanted = {item.name for item in wanted_passes(layer)}
+    return frozenset(wanted if layer.use_pass_combined else wanted - {"Combined"})
+
+
 def register_passes(engine: bpy.types.RenderEngine, scene: bpy.types.Scene, layer: bpy.types.ViewLayer) -> None:
     """Tell Blender of them, for the result's channels and the compositor's sockets."""
     for item in wanted_passes(layer):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from typing import Any
 
 import bpy
 import numpy as np
@@ -17,6 +18,7 @@ FIRST_INTERVAL = 0.5  # [s] between pictures shown while rendering
 INTERVAL_SHARE = 0.1  # of the time spent so far, so that showing never costs much
 
 _last_issues: list[Issue] = []  # of the last final render, for the panel
+_last_plan: list[Any] = []  # its plan.Lines
 
 
 def last_issues() -> list[Issue]:
@@ -24,9 +26,15 @@ def last_issues() -> list[Issue]:
     return list(_last_issues)
 
 
-def remember(issues: IssueLog) -> None:
-    """Keep a render's issues for the panel."""
+def last_plan() -> list[Any]:
+    """What the last final render of this session did and left out, as plan.Lines."""
+    return list(_last_plan)
+
+
+def remember(issues: IssueLog, plan: Any = None) -> None:
+    """Keep a render's issues and its plan.Plan for the panels."""
     _last_issues[:] = list(issues)
+    _last_plan[:] = plan.lines() if plan is not None else []
 
 
 def report(engine: bpy.types.RenderEngine, issues: IssueLog) -> None:

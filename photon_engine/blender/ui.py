@@ -9,7 +9,7 @@ from ..issues import Severity
 from ..settings import FIELDS
 from .engine import ENGINE_ID
 from .properties import pass_property
-from .result import last_issues
+from .result import last_issues, last_plan
 
 # Blender's panels for "any engine" that are replaced here or show what is not rendered
 EXCLUDED = frozenset({
@@ -104,6 +104,24 @@ class PHOTON_MAP_PT_report(_Panel, bpy.types.Panel):
                 column.label(text=issue.remedy, icon="BLANK1")
 
 
+class PHOTON_MAP_PT_plan(_Panel, bpy.types.Panel):
+    """What the last render did and what it left out: it also tells why a pass is black."""
+
+    bl_label = "Plan of the Last Render"
+    bl_context = "render"
+    bl_options = frozenset({"DEFAULT_CLOSED"})
+
+    def draw(self, context) -> None:
+        """A line for each decision, the reason below."""
+        column = self.layout.column(align=True)
+        lines = last_plan()
+        if not lines:
+            column.label(text="Render once to see it")
+        for line in lines:
+            column.label(text=line.name, icon="CHECKMARK" if line.runs else "X")
+            column.label(text=line.reason, icon="BLANK1")
+
+
 class PHOTON_MAP_PT_passes(_Panel, bpy.types.Panel):
     """Which pictures a view layer makes."""
 
@@ -111,8 +129,9 @@ class PHOTON_MAP_PT_passes(_Panel, bpy.types.Panel):
     bl_context = "view_layer"
 
     def draw(self, context) -> None:
-        """A switch for each pass but Combined."""
+        """A switch for each pass."""
         column = _layout(self)
+        column.prop(context.view_layer, "use_pass_combined")
         for item in PASSES:
             if item.name != "Combined":
                 column.prop(context.view_layer.photon_map, pass_property(item.name))
@@ -178,6 +197,7 @@ CLASSES = (
     *SETTINGS_PANELS,
     PHOTON_MAP_PT_film,
     PHOTON_MAP_PT_report,
+    PHOTON_MAP_PT_plan,
     PHOTON_MAP_PT_passes,
     PHOTON_MAP_PT_light,
     PHOTON_MAP_PT_object_visibility,

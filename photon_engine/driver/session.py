@@ -67,6 +67,7 @@ class Session:
         film.meta = {
             "scene": f"{self.scene.name}, frame {self.scene.frame_number}, {self.scene.camera.name}",
             "settings": picture_settings,
+            "outputs": sorted(self.outputs),
             "seconds": 0.0,
         }
         return film

@@ -103,7 +103,7 @@ class Film:
 
     def _check_meta(self, other: Film) -> None:
         """Refuse films of different scenes or settings: their mean would be a picture of neither."""
-        for key in ("scene", "settings"):
+        for key in ("scene", "settings", "outputs"):
             mine, theirs = self.meta.get(key), other.meta.get(key)
             if mine is not None and theirs is not None and mine != theirs:
                 text = _difference(mine, theirs)

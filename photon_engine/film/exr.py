@@ -60,12 +60,24 @@ def srgb(linear: np.ndarray) -> np.ndarray:
 
 
 def write_sheet(path: str | Path, pictures: dict[str, np.ndarray]) -> None:
-    """A PNG of Combined and its three main parts, 2 x 2, labelled, as sRGB without tone mapping."""
-    tiles = [_labelled(srgb(pictures[name][::-1, :, :3]).astype(np.float32), name) for name in SHEET]
-    sheet = np.concatenate([np.concatenate(tiles[:2], axis=1), np.concatenate(tiles[2:], axis=1)], axis=0)
+    """A PNG of Combined and its three main parts, 2 x 2, labelled, as sRGB without tone mapping.
+
+    Of pictures without some of them those that are there; without any, the first picture.
+    """
+    names = [name for name in SHEET if name in pictures] or list(pictures)[:1]
+    tiles = [_labelled(srgb(_three(pictures[name])[::-1]).astype(np.float32), name) for name in names]
+    if len(tiles) == 3:
+        tiles.append(np.zeros_like(tiles[0]))
+    rows = [np.concatenate(tiles[i : i + 2], axis=1) for i in range(0, len(tiles), 2)]
+    sheet = np.concatenate(rows, axis=0)
     height, width, _ = sheet.shape
     spec = oiio.ImageSpec(width, height, 3, "uint8")
     _write(path, spec, np.round(sheet * 255.0).astype(np.uint8))
+
+
+def _three(picture: np.ndarray) -> np.ndarray:
+    """The first three channels; one channel as grey."""
+    return picture[..., :3] if picture.shape[2] >= 3 else np.repeat(picture[..., :1], 3, axis=2)
 
 
 def _labelled(tile: np.ndarray, text: str) -> np.ndarray:
