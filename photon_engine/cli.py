@@ -133,7 +133,7 @@ def _settings_argument(command: argparse.ArgumentParser) -> None:
     command.epilog, command.formatter_class = settings_help(), argparse.RawDescriptionHelpFormatter
     command.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="any setting, see below")
     command.add_argument("--only", type=_outputs, default=ALL_NAMES, metavar="NAME[,NAME]",
-                         help="make these pictures only, with no work for others: Combined, Caustic, Depth, ...")  # fmt: skip
+                         help="make these pictures only, e.g. Caustic,Depth: no work for others")  # fmt: skip
 
 
 def settings_help() -> str:
