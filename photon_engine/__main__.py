@@ -8,6 +8,5 @@ from .cli import main
 code = main()
 sys.stdout.flush()
 sys.stderr.flush()
-if "bpy" in sys.modules:
-    os._exit(code)  # Blender as a module can hang when the interpreter tears it down
-sys.exit(code)
+# no teardown: Blender as a module can hang in it, and after a cancel a kernel may still be compiling
+os._exit(code)

@@ -23,7 +23,6 @@ class StopReason(enum.StrEnum):
     PASSES = "the requested passes are done"
     SECONDS = "the time budget is spent"
     CANCELLED = "cancelled by the user"
-    NOTHING_TO_DO = "nothing in the picture is random: one pass is exact"
 
 
 class Issue(NamedTuple):
@@ -46,6 +45,10 @@ class RenderError(Exception):
     def __init__(self, object: str, message: str, remedy: str = "") -> None:
         self.issue = Issue(Severity.ERROR, object, message, remedy)
         super().__init__(str(self.issue))
+
+    def __reduce__(self):
+        """What makes it again from a pickle: an exception that takes several arguments must say so."""
+        return type(self), tuple(self.issue[1:])
 
 
 class IssueLog:

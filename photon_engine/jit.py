@@ -14,10 +14,42 @@ from functools import cache
 from pathlib import Path
 
 import numba
+from numba.core import event as numba_event
 
 # fastmath=True would let the compiler assume that no NaN exists, and bugs would go unseen
 FASTMATH = {"nsz", "arcp", "contract", "afn", "reassoc"}
 PACKAGE = Path(__file__).resolve().parent
+
+
+class _Watch(numba_event.Listener):
+    """Hears when numba compiles; functions that were in the cache make no event."""
+
+    def __init__(self) -> None:
+        self.running = 0
+        self.done = 0
+
+    def on_start(self, event: numba_event.Event) -> None:
+        """A function's compilation begins."""
+        self.running += 1
+
+    def on_end(self, event: numba_event.Event) -> None:
+        """It ends."""
+        self.running -= 1
+        self.done += 1
+
+
+_watch = _Watch()
+numba_event.register("numba:compile", _watch)
+
+
+def is_compiling() -> bool:
+    """Whether a kernel is being compiled just now, in any thread."""
+    return _watch.running > 0
+
+
+def compiled_functions() -> int:
+    """How many functions this process has compiled so far."""
+    return _watch.done
 
 
 def cache_root() -> Path:

@@ -14,6 +14,7 @@ from ..scene.data import SceneData
 from ..settings import Settings
 from .checks import check_scene
 from .listener import Listener, Progress, memory, seconds_left
+from .worker import Abandoned, Worker
 
 # settings that say how long and how fast, not what: films that differ in these can be merged
 NOT_PICTURE = ("passes", "seconds", "seed", "threads", "plan", "denoise")
@@ -90,32 +91,46 @@ class Session:
             fresh._check_meta(self.new_film(moments=False))
         self.film = fresh
         self.darkroom = Darkroom(fresh, self.settings.denoise, self.settings.threads, self.issues, listener.cancelled)
-        renderer = self.renderer_factory(self.scene, self.settings, self.issues, self.outputs)
-        try:
-            self.stop = self._run(renderer, listener, max(first, self.film.next_pass))
-        finally:
-            self.statistics = dict(renderer.statistics)
-            self.plan = getattr(renderer, "plan", None)
-            renderer.close()
+        self._render(Worker(listener), max(first, self.film.next_pass))
+        if self.film.count:
+            self.finish(listener)
         return self.stop
 
-    def _run(self, renderer: Any, listener: Listener, first: int) -> StopReason:
-        """Prepare, then pass after pass."""
+    def _render(self, worker: Worker, first: int) -> None:
+        """Make the renderer, let it prepare and render, let it go."""
+        renderer = None
         try:
-            self._prepare(renderer, listener)
-        except _CancelledEarly:
-            return StopReason.CANCELLED
+            renderer = worker.call(
+                lambda: self.renderer_factory(self.scene, self.settings, self.issues, self.outputs)
+            )
+            worker.on_late_end = renderer.close
+            self._prepare(renderer, worker)
+            self.stop = self._run(renderer, worker, first)
+        except (Abandoned, _CancelledEarly):
+            self.stop = StopReason.CANCELLED
+        finally:
+            if renderer is not None:
+                self.statistics = dict(renderer.statistics)
+                self.plan = getattr(renderer, "plan", None)
+                if not worker.abandoned:
+                    renderer.close()
+
+    def _run(self, renderer: Any, worker: Worker, first: int) -> StopReason:
+        """Pass after pass."""
+        listener = worker.listener
         stop = None
         while stop is None:
             index = first + len(self.durations)
             listener.stage(f"Pass {index + 1}")
             begin = time.perf_counter()
             try:
-                image = renderer.render_pass(index, listener.cancelled)
+                image = worker.call(lambda index=index: renderer.render_pass(index, worker.stop.is_set))
                 if image is None:
                     stop = StopReason.CANCELLED
                     break
                 self.film.add(index, image)
+            except Abandoned:
+                raise
             except Exception as error:
                 error.add_note(f"while rendering pass {index} of seed {self.settings.seed}")
                 raise
@@ -125,8 +140,6 @@ class Session:
             listener.progress(self.progress())
             if stop is None:
                 listener.picture(self.darkroom, final=False)
-        if self.film.count:
-            self.finish(listener)
         return stop
 
     def finish(self, listener: Listener) -> None:
@@ -135,7 +148,7 @@ class Session:
         if self.darkroom.seconds:
             self.stages["Denoising"] = self.darkroom.seconds
 
-    def _prepare(self, renderer: Any, listener: Listener) -> None:
+    def _prepare(self, renderer: Any, worker: Worker) -> None:
         """Let the renderer build what it needs, timing each stage it names."""
         names = ["Preparing"]
         since = [time.perf_counter()]
@@ -148,12 +161,12 @@ class Session:
         def stage(text: str) -> None:
             end_stage()
             names.append(text)
-            listener.stage(text)
-            if listener.cancelled():
+            worker.stage(text)
+            if worker.stop.is_set():
                 raise _CancelledEarly
 
         stage("Preparing")
-        renderer.prepare(stage)
+        worker.call(lambda: renderer.prepare(stage))
         end_stage()
 
     def _spent(self) -> StopReason | None:
