@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from ..issues import IssueLog
 from ..scene.data import Image, Material
-from ..shading.program import compile_material
+from ..shading.material import compile_material
 from .meshes import MeshNeeds
 
 
