@@ -11,6 +11,7 @@ from ..driver.session import Session
 from ..issues import IssueLog, RenderError, StopReason
 from ..settings import Settings
 from .extract import extract_scene
+from .keep import Keep, borrow
 from .passes import register_passes, wanted_outputs
 from .properties import settings_from
 from .result import EngineListener, picture_size, remember, report, write_black
@@ -67,9 +68,11 @@ class PhotonMapEngine(bpy.types.RenderEngine):
                 raise RenderError(depsgraph.scene.name, "the scene has no camera", "add one")
             if depsgraph.scene.render.use_multiview:
                 issues.warn(depsgraph.scene.name, "stereoscopy is not supported: all views show the scene's camera")
-            scene = extract_scene(depsgraph, issues)
+            keep = Keep() if self.is_preview else borrow()
+            keep.begin(depsgraph, images=self.is_animation)
+            scene = extract_scene(depsgraph, issues, keep=keep)
             outputs = frozenset({"Combined"}) if self.is_preview else wanted_outputs(depsgraph.view_layer)
-            session = Session(scene, self._settings(depsgraph), issues, outputs=outputs)
+            session = Session(scene, self._settings(depsgraph), issues, outputs=outputs, kept=keep.geometry)
             film = session.new_film(moments=False)
             endless = not (bpy.app.background or self.is_animation or self.is_preview)
             try:
@@ -80,6 +83,7 @@ class PhotonMapEngine(bpy.types.RenderEngine):
                 raise
             if stop is StopReason.CANCELLED and film.count:
                 issues.info("Photon Map", f"cancelled, {film.count} passes are kept")
+            keep.geometry = session.kept
         finally:
             if not self.is_preview:
                 remember(issues, session.plan if session else None)

@@ -10,8 +10,9 @@ from .cameras import extract_camera, extract_frame
 from .compat import DEFAULT_PRINCIPLED
 from .images import ImageTable
 from .instances import Occurrence, make_instance, slot_materials, visible_occurrences
+from .keep import Keep
 from .lights import extract_light
-from .meshes import MeshNeeds, extract_mesh
+from .meshes import MeshNeeds
 from .needs import merge_needs, needs_of
 from .node_trees import light_graph, material_graph, world_graph
 from .world import extract_world
@@ -19,18 +20,21 @@ from .world import extract_world
 NO_MATERIAL = 0  # no data-block has this address
 
 
-def extract_scene(depsgraph: Any, issues: IssueLog, *, view_layer: Any = None, camera: Any = None) -> SceneData:
+def extract_scene(
+    depsgraph: Any, issues: IssueLog, *, view_layer: Any = None, camera: Any = None, keep: Keep | None = None
+) -> SceneData:
     """All that a render needs of the evaluated scene, as plain records.
 
     ``view_layer`` (evaluated) defaults to the depsgraph's; ``camera`` is an object used instead of the scene's. What
-    cannot be rendered is reported in ``issues``; a RenderError is raised when nothing can be (no camera).
+    ``keep`` knows parts of the last extraction and is given those of this one. What cannot be rendered is reported in
+    ``issues``; a RenderError is raised when nothing can be (no camera).
     """
     scene = depsgraph.scene_eval
     layer = view_layer if view_layer is not None else depsgraph.view_layer_eval
     data = SceneData(name=scene.name, frame_number=scene.frame_current)
     data.camera = extract_camera(scene, depsgraph, issues, camera)
     data.frame = extract_frame(scene)
-    extraction = _Extraction(data, layer, issues)
+    extraction = _Extraction(data, layer, issues, keep or Keep())
     for item in visible_occurrences(depsgraph, issues):
         extraction.add(item)
     extraction.read_meshes()
@@ -44,11 +48,12 @@ def extract_scene(depsgraph: Any, issues: IssueLog, *, view_layer: Any = None, c
 class _Extraction:
     """Tables that grow while the occurrences are walked: each data-block is read once."""
 
-    def __init__(self, data: SceneData, layer: Any, issues: IssueLog) -> None:
+    def __init__(self, data: SceneData, layer: Any, issues: IssueLog, keep: Keep) -> None:
         self.data = data
         self.layer = layer
         self.issues = issues
-        self.images = ImageTable(issues)
+        self.keep = keep
+        self.images = ImageTable(issues, keep)
         self._materials: dict[int, int] = {}  # address of the material -> index
         self._light_graphs: dict[int, Graph | None] = {}
         self._meshes: dict[int, int] = {}  # address of the mesh -> index into sources
@@ -114,10 +119,11 @@ class _Extraction:
             if i not in used:
                 continue
             wanted = merge_needs([MeshNeeds(), *(needs[m] for m in materials)])
-            mesh = extract_mesh(block, owner, wanted, self.issues)
+            mesh = self.keep.mesh(block, owner, wanted, self.issues)
             if mesh is not None:
                 new_index[i] = len(self.data.meshes)
                 self.data.meshes.append(mesh)
+        self.keep.end()
         self.data.instances = [instance for instance in self.data.instances if instance.mesh in new_index]
         for instance in self.data.instances:
             instance.mesh = new_index[instance.mesh]

@@ -27,9 +27,10 @@ SOURCES = {
 class ImageTable:
     """The images that a scene's materials use, each once; `images` is SceneData.images."""
 
-    def __init__(self, issues: IssueLog) -> None:
-        """Start with no image; problems go to `issues`."""
+    def __init__(self, issues: IssueLog, keep: Any = None) -> None:
+        """Start with no image; problems go to `issues`. keep : a keep.Keep that may know images already."""
         self.issues = issues
+        self.keep = keep
         self.images: list[Image] = []
         self._index: dict[int, int] = {}
 
@@ -38,7 +39,8 @@ class ImageTable:
         key = image.as_pointer()
         if key not in self._index:
             self._index[key] = len(self.images)
-            self.images.append(read_image(image, self.issues))
+            kept = None if self.keep is None else self.keep.image(image, read_image, self.issues)
+            self.images.append(read_image(image, self.issues) if kept is None else kept)
         return self._index[key]
 
 

@@ -20,11 +20,11 @@ from .worker import Abandoned, Worker
 NOT_PICTURE = ("passes", "seconds", "seed", "threads", "plan", "denoise")
 
 
-def default_renderer(scene: SceneData, settings: Settings, issues: IssueLog, outputs: frozenset[str]) -> Any:
+def default_renderer(scene: SceneData, settings: Settings, issues: IssueLog, outputs: frozenset[str], kept: Any) -> Any:
     """The photon mapper; imported when first needed, since it compiles kernels."""
     from ..transport.renderer import Renderer
 
-    return Renderer(scene, settings, issues, outputs)
+    return Renderer(scene, settings, issues, outputs, kept)
 
 
 class _CancelledEarly(Exception):
@@ -43,14 +43,20 @@ class Session:
         scene: SceneData,
         settings: Settings,
         issues: IssueLog,
-        renderer_factory: Callable[[SceneData, Settings, IssueLog, frozenset[str]], Any] | None = None,
+        renderer_factory: Callable[[SceneData, Settings, IssueLog, frozenset[str], Any], Any] | None = None,
         outputs: frozenset[str] = ALL_NAMES,
+        kept: Any = None,
     ) -> None:
-        """outputs : names of film.passes; the others are not computed, and stay black."""
+        """Ready to render.
+
+        outputs : names of film.passes; the others are not computed, and stay black;  kept : what another session left
+        in its `kept`, to spare what the scenes share
+        """
         self.scene = scene
         self.settings = settings
         self.issues = issues
         self.outputs = outputs
+        self.kept = kept
         self.renderer_factory = renderer_factory or default_renderer
         self.film: Film | None = None
         self.darkroom: Darkroom | None = None
@@ -101,7 +107,7 @@ class Session:
         renderer = None
         try:
             renderer = worker.call(
-                lambda: self.renderer_factory(self.scene, self.settings, self.issues, self.outputs)
+                lambda: self.renderer_factory(self.scene, self.settings, self.issues, self.outputs, self.kept)
             )
             worker.on_late_end = renderer.close
             self._prepare(renderer, worker)
@@ -112,6 +118,8 @@ class Session:
             if renderer is not None:
                 self.statistics = dict(renderer.statistics)
                 self.plan = getattr(renderer, "plan", None)
+                # abandoned work may still be changing it
+                self.kept = None if worker.abandoned else getattr(renderer, "kept", None)
                 if not worker.abandoned:
                     renderer.close()
 

@@ -13,7 +13,6 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from ..jit import compiled_functions, is_compiling
 from .listener import Listener
 
 POLL = 0.05  # [s] between questions whether to stop
@@ -73,6 +72,8 @@ class Worker:
         while not self._stages.empty():
             self.listener.stage(self._stages.get())
             self._told = float("-inf")
+        from ..jit import compiled_functions, is_compiling  # here: who only enables the extension needs no numba
+
         now = time.monotonic()
         if is_compiling() and now - self._told > TELL:
             self.listener.stage(f"Compiling (first run), {compiled_functions()} functions done")

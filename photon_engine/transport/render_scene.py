@@ -9,8 +9,9 @@ import numpy as np
 from ..bsdf.layout import EMISSION
 from ..camera.rays import build_camera
 from ..film.passes import ALL_NAMES
-from ..geometry.flatten import bounding_sphere, flatten
-from ..geometry.intersect import Hits, Intersector
+from ..geometry.flatten import bounding_sphere
+from ..geometry.intersect import Hits
+from ..geometry.kept import Kept
 from ..issues import IssueLog
 from ..lights.table import Emitters, build_lights
 from ..lights.targets import build_targets
@@ -37,12 +38,14 @@ class RenderScene:
         issues: IssueLog,
         stage: Callable[[str], None],
         outputs: frozenset[str] = ALL_NAMES,
+        kept: Kept | None = None,
     ) -> None:
+        kept = kept or Kept()
         stage("Preparing geometry")
         self.frame = scene.frame
-        self.flat = flatten(scene, issues)
+        self.flat = kept.flatten(scene, issues)
         stage("Building the ray tree")
-        self.intersector = Intersector(self.flat.geometry)
+        self.intersector = kept.intersector()
         stage("Compiling materials")
         self.materials = MaterialTable(scene, self.flat, settings.specular_threshold, issues)
         stage("Preparing lights")

@@ -13,6 +13,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from ..film.passes import ALL_NAMES
+from ..geometry.kept import Kept
 from ..issues import IssueLog, log
 from ..photons.batch import Deposits
 from ..photons.map import PhotonMap, build_map
@@ -40,8 +41,14 @@ class Renderer:
     """Renders passes of a scene: photons out, maps built, eye paths in."""
 
     def __init__(
-        self, scene: SceneData, settings: Settings, issues: IssueLog, outputs: frozenset[str] = ALL_NAMES
+        self,
+        scene: SceneData,
+        settings: Settings,
+        issues: IssueLog,
+        outputs: frozenset[str] = ALL_NAMES,
+        kept: Kept | None = None,
     ) -> None:
+        self.kept = kept or Kept()
         self.data = scene
         self.outputs = outputs
         self.settings = settings
@@ -52,7 +59,7 @@ class Renderer:
     def prepare(self, stage: Callable[[str], None]) -> None:
         """Everything that passes share. stage(text) is told what is being done."""
         start = time.perf_counter()
-        self.scene = RenderScene(self.data, self.settings, self.issues, stage, self.outputs)
+        self.scene = RenderScene(self.data, self.settings, self.issues, stage, self.outputs, self.kept)
         log.info("%s", self.plan)
         self._count("prepare", start)
         stage("Pilot pass")

@@ -12,7 +12,7 @@ from ...scene.data import Frame, Instance, Light, Mesh, SceneData
 class FakeRenderer:
     """Has the interface of transport.renderer.Renderer; a pass takes PHOTON_MAP_FAKE_SECONDS (default 0)."""
 
-    def __init__(self, scene, settings, issues, outputs=frozenset()):
+    def __init__(self, scene, settings, issues, outputs=frozenset(), kept=None):
         self.scene, self.settings, self.issues = scene, settings, issues
         self.statistics = {"photons": np.int64(0)}
         self.closed = False

@@ -1,0 +1,120 @@
+"""What one render leaves for the next: meshes as extracted, images within an animation, triangles and their tree.
+
+Persistent Data keeps Blender's own evaluated meshes between frames and renders; a mesh evaluated anew has a new
+session_uid. Without it every frame's meshes are new, and only the tree is kept, by comparison.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+from bpy.app.handlers import persistent
+
+from ..issues import IssueLog
+from ..scene.data import Image, Mesh
+from .meshes import MeshNeeds, extract_mesh
+
+MeshKey = tuple[int, MeshNeeds]
+STILL_SOURCES = ("FILE", "GENERATED")  # images that no frame changes
+
+
+class Keep:
+    """Parts of the last extraction; used by one render at a time."""
+
+    def __init__(self) -> None:
+        self.geometry: Any = None  # geometry.kept.Kept, made by the first render
+        self.extracted = 0  # how many meshes were read from Blender, for tests
+        self._meshes: dict[MeshKey, tuple[Mesh | None, IssueLog]] = {}
+        self._images: dict[tuple, tuple[Image, IssueLog]] = {}
+        self._stale: set[int] = set()
+        self._new_meshes: dict[MeshKey, tuple[Mesh | None, IssueLog]] = {}
+
+    def begin(self, depsgraph: Any, images: bool) -> None:
+        """A render of this depsgraph begins. images : whether those that it does not name are as the last time."""
+        self._new_meshes = {}
+        changed = [update for update in depsgraph.updates if update.is_updated_geometry]
+        self._stale = {uid(item.id) for item in changed} | {
+            uid(item.id.data) for item in changed if isinstance(item.id, bpy.types.Object) and item.id.data is not None
+        }
+        if not images or depsgraph.id_type_updated("IMAGE"):
+            self._images = {}
+
+    def mesh(self, block: Any, owner: str, needs: MeshNeeds, issues: IssueLog) -> Mesh | None:
+        """As `extract_mesh`; the one of the last render when Blender did not evaluate it anew."""
+        key = (uid(block), needs)
+        found = self._meshes.get(key) if key[0] not in self._stale else None
+        if found is None or not key[0]:
+            own = IssueLog()
+            found = extract_mesh(block, owner, needs, own), own
+            self.extracted += 1
+        self._new_meshes[key] = found
+        issues.extend(found[1])
+        return found[0]
+
+    def end(self) -> None:
+        """All meshes are read: what this render did not use is dropped."""
+        self._meshes, self._new_meshes = self._new_meshes, {}
+
+    def image(self, image: Any, read: Any, issues: IssueLog) -> Image:
+        """read(image, issues); the pixels of the frame before when nothing can have changed them."""
+        if image.source not in STILL_SOURCES or image.is_dirty:
+            return read(image, issues)
+        key = (uid(image), image.name, image.filepath, image.colorspace_settings.name, image.alpha_mode, *image.size)
+        if key not in self._images:
+            own = IssueLog()
+            self._images[key] = read(image, own), own
+        issues.extend(self._images[key][1])
+        return self._images[key][0]
+
+
+def uid(block: Any) -> int:
+    """Blender's number of a data-block in this session; 0: it has none."""
+    return getattr(block, "session_uid", 0)
+
+
+_keep: Keep | None = None
+
+
+def borrow() -> Keep:
+    """What the last final render left."""
+    global _keep
+    if _keep is None:
+        _keep = Keep()
+    return _keep
+
+
+@persistent
+def _drop(*_arguments: Any) -> None:
+    """Let it go at the end of a render job, or of a file."""
+    global _keep
+    scene = getattr(bpy.context, "scene", None)
+    if scene is None or not scene.render.use_persistent_data:
+        _keep = None
+
+
+@persistent
+def _drop_all(*_arguments: Any) -> None:
+    """Another file is opened."""
+    global _keep
+    _keep = None
+
+
+def register() -> None:
+    """Forget what is kept when a job ends without Persistent Data, and when another file is opened."""
+    bpy.app.handlers.render_complete.append(_drop)
+    bpy.app.handlers.render_cancel.append(_drop)
+    bpy.app.handlers.load_pre.append(_drop_all)
+
+
+def unregister() -> None:
+    """Take the handlers away."""
+    handlers = bpy.app.handlers
+    for table, function in (
+        (handlers.render_complete, _drop),
+        (handlers.render_cancel, _drop),
+        (handlers.load_pre, _drop_all),
+    ):
+        if function in table:
+            table.remove(function)
+    _drop_all()

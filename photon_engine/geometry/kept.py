@@ -1,0 +1,95 @@
+"""World triangles and their ray tree kept from one render to the next: frames of an animation, view layers, F12 again.
+
+What went in is compared, by identity first and by value then, so that nobody has to tell what changed: a comparison
+reads each array once, far below the cost of a tree.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..issues import IssueLog
+from ..scene.data import Instance, Mesh, SceneData
+from .flatten import Flattened, flatten
+from .intersect import Intersector
+
+
+class Placed(NamedTuple):
+    """All of an instance that `flatten` reads."""
+
+    mesh: Mesh
+    matrix: np.ndarray
+    materials: tuple[int, ...]
+
+
+class Kept:
+    """Geometry of the last render, for the next one."""
+
+    def __init__(self) -> None:
+        self.flattened = 0  # how often triangles were made
+        self.built = 0  # how often a tree was built
+        self._inputs: tuple[int, list[Placed]] | None = None
+        self._issues = IssueLog()
+        self._flat: Flattened | None = None
+        self._intersector: Intersector | None = None
+
+    def flatten(self, scene: SceneData, issues: IssueLog) -> Flattened:
+        """As geometry.flatten; the last result when the same goes in. Issues are told again."""
+        inputs = len(scene.materials), [_placed(scene, item) for item in scene.instances]
+        if self._flat is None or not _same_inputs(inputs, self._inputs):
+            self._issues = IssueLog()
+            flat = flatten(scene, self._issues)
+            if self._flat is None or not _same_triangles(flat, self._flat):
+                self._intersector = None
+            self._flat = flat
+            self.flattened += 1
+        self._inputs = inputs  # the newest arrays: identity is found at once next time
+        issues.extend(self._issues)
+        return self._flat
+
+    def intersector(self) -> Intersector:
+        """The tree over the triangles of the last `flatten`."""
+        if self._intersector is None:
+            self._intersector = Intersector(self._flat.geometry)
+            self.built += 1
+        return self._intersector
+
+
+def _placed(scene: SceneData, item: Instance) -> Placed:
+    """What flatten reads of an instance."""
+    return Placed(scene.meshes[item.mesh], item.matrix, tuple(item.materials))
+
+
+def _same_inputs(new: tuple[int, list[Placed]], old: tuple[int, list[Placed]] | None) -> bool:
+    """Whether flatten would give the same."""
+    if old is None or new[0] != old[0] or len(new[1]) != len(old[1]):
+        return False
+    compared: set[tuple[int, int]] = set()  # meshes of many instances are compared once
+    for a, b in zip(new[1], old[1], strict=True):
+        if a.materials != b.materials or not np.array_equal(a.matrix, b.matrix):
+            return False
+        pair = id(a.mesh), id(b.mesh)
+        if pair not in compared and not _same_mesh(a.mesh, b.mesh):
+            return False
+        compared.add(pair)
+    return True
+
+
+def _same_mesh(a: Mesh, b: Mesh) -> bool:
+    """Whether two meshes have the same surface."""
+    names = ("positions", "triangles", "normals", "material_index")
+    return a is b or all(_same(getattr(a, name), getattr(b, name)) for name in names)
+
+
+def _same(a: Any, b: Any) -> bool:
+    """Whether two arrays, or their absences, are equal; NaN equals nothing."""
+    if a is None or b is None:
+        return a is b
+    return a is b or np.array_equal(a, b)
+
+
+def _same_triangles(a: Flattened, b: Flattened) -> bool:
+    """Whether the same tree serves both: materials and normals may differ."""
+    return _same(a.geometry.triangles, b.geometry.triangles) and _same(a.geometry.positions, b.geometry.positions)
