@@ -10,28 +10,12 @@ from .lights import constant_emission
 
 
 def extract_world(world: Any | None, graph: Graph | None, issues: IssueLog) -> World:
-    """The world's constant radiance; a graph that varies is kept, reported, and its unlinked Background used."""
+    """The world's graph, and its constant radiance: black for a graph that varies, which is evaluated by direction."""
     if world is None or graph is None:
         return World()
     _report_unsupported(world, graph, issues)
     color = constant_emission(graph, world.name, issues)
-    if color is None:
-        color = fallback_color(graph)
-        shown = ", ".join(f"{c:.3g}" for c in color)
-        issues.warn(world.name, "world nodes that vary are not supported yet",
-                    f"the constant colour ({shown}) is used instead")  # fmt: skip
-    return World(name=world.name, graph=graph, color=color)
-
-
-def fallback_color(graph: Graph) -> tuple[float, float, float]:
-    """Radiance of the first Background that is reached, its linked inputs replaced by the values under the links."""
-    for node in reversed(graph.nodes):
-        if node.type not in ("ShaderNodeEmission", "ShaderNodeBackground"):
-            continue
-        color, strength = node.inputs["Color"].value, node.inputs["Strength"].value
-        if color is not None and strength is not None:
-            return tuple(float(c) * float(strength) for c in color[:3])
-    return (0.0, 0.0, 0.0)
+    return World(name=world.name, graph=graph, color=(0.0, 0.0, 0.0) if color is None else color)
 
 
 def _report_unsupported(world: Any, graph: Graph, issues: IssueLog) -> None:

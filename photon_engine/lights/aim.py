@@ -104,9 +104,9 @@ def round_line_pdf(lights, l, center, radius, x, d):
 
 @inlined
 def distant_line(lights, l, center, radius, u0, u1, u2, u3):
-    """A line of a sun or the world, of its photons' directions, through a sphere: (x, d)."""
-    d, _ = distant_direction(lights, l, u2, u3)
-    return disk_point(center, radius, d, u0, u1), d
+    """A line of a sun or the world, of its photons' directions, through a sphere: (x, d, radiance over density)."""
+    d, le = distant_direction(lights, l, u2, u3)
+    return disk_point(center, radius, d, u0, u1), d, le
 
 
 @inlined

@@ -20,6 +20,7 @@ from ..vec import add, cross, dot, load3, madd, normalize, scale, sub, to_world
 from .area import area_gain, area_point
 from .round import transform
 from .select import pick
+from .sky_sample import map_sample
 from .table import AREA, DELTA, ELLIPSE, FOCUSED, MESH, SOFT, SPOT, SUN, WORLD
 
 MARGIN = 1.001  # photons from infinity start this far out, in radii of the scene
@@ -37,10 +38,9 @@ def emit_photon(lights, l, u0, u1, u2, u3):
     if kind == AREA:
         return _emit_area(lights, l, u0, u1, u2, u3)
     if kind == SUN or kind == WORLD:
-        d, solid_angle = distant_direction(lights, l, u2, u3)
+        d, le = distant_direction(lights, l, u2, u3)
         o = from_outside(lights, disk_point(scene_center(lights), lights.radius, d, u0, u1), d)
-        disk = math.pi * lights.radius * lights.radius
-        return o, d, scale(load3(lights.radiance, l), solid_angle * disk)
+        return o, d, scale(le, math.pi * lights.radius * lights.radius)
     d, gain = round_direction(lights, l, u2, u3)
     o = disk_point(load3(lights.position, l), lights.size[l, 0], d, u0, u1)
     return round_surface(lights, l, o, d), d, scale(load3(lights.radiance, l), gain * round_disk(lights, l))
@@ -141,14 +141,20 @@ def smoothstep_inverse(u):
 
 @inlined
 def distant_direction(lights, l, u0, u1):
-    """Direction in which light of a sun or the world travels, and the solid angle (1 for a delta): uniform."""
+    """Direction in which light of a sun or the world travels, and its radiance over the density: (d, rgb [W/m^2]).
+
+    Uniform, or by the brightness of a world that varies; a delta sun: its irradiance.
+    """
     if lights.kind[l] == WORLD:
-        return square_to_sphere(u0, u1), 4.0 * math.pi
+        if len(lights.sky.rows):
+            wi, le, pdf_w = map_sample(lights.sky, u0, u1)
+            return scale(wi, -1.0), scale(le, 1.0 / pdf_w)
+        return square_to_sphere(u0, u1), scale(load3(lights.radiance, l), 4.0 * math.pi)
     axis = load3(lights.normal, l)
     h = lights.size[l, 0]
     if h == 0.0:
-        return axis, 1.0
-    return to_world(square_to_cone(u0, u1, h), axis), 2.0 * math.pi * h
+        return axis, load3(lights.radiance, l)
+    return to_world(square_to_cone(u0, u1, h), axis), scale(load3(lights.radiance, l), 2.0 * math.pi * h)
 
 
 @inlined

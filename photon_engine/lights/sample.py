@@ -14,6 +14,7 @@ from ..vec import add, cross, dot, load3, madd, scale, sub, to_world
 from .area import area_gain, area_hit, area_pdf_w, area_sample, beam_sample
 from .round import round_hit, round_sample
 from .select import pick, select_light, selection_p
+from .sky_sample import map_pdf_w, map_radiance, map_sample
 from .table import AREA, CAMERA, DELTA, MESH, SHADOW, SUN, WORLD
 
 BLACK = (0.0, 0.0, 0.0)
@@ -39,6 +40,9 @@ def sample_light(lights, p, ns, u_select, u0, u1):
         return wi, distance, le, pdf_w * p_select, False
     gain = 1.0
     is_delta = lights.flags[l] & DELTA != 0
+    if kind == WORLD and len(lights.sky.rows):
+        wi, le, pdf_w = map_sample(lights.sky, u0, u1)
+        return wi, math.inf, le, pdf_w * p_select, False
     if kind == WORLD:
         local = square_to_cosine_hemisphere(u0, u1)
         wi = to_world(local, ns)
@@ -122,6 +126,8 @@ def world_radiance(lights, d):
     """Radiance [W/m^2/sr] that a ray which leaves the scene along d meets; suns are not in it."""
     n = lights.kind.shape[0]
     if n > 0 and lights.kind[n - 1] == WORLD:
+        if len(lights.sky.rows):
+            return map_radiance(lights.sky, d)
         return load3(lights.radiance, n - 1)
     return BLACK
 
@@ -131,7 +137,11 @@ def world_pdf_w(lights, p, ns, d):
     """Density [1/sr], with selection, of `sample_light` from p with normal ns for the world in direction d."""
     n = lights.kind.shape[0]
     cos_theta = dot(ns, d)
-    if n == 0 or lights.kind[n - 1] != WORLD or cos_theta <= 0.0:
+    if n == 0 or lights.kind[n - 1] != WORLD:
+        return 0.0
+    if len(lights.sky.rows):
+        return selection_p(lights, n - 1, p) * map_pdf_w(lights.sky, d)
+    if cos_theta <= 0.0:
         return 0.0
     return selection_p(lights, n - 1, p) * cos_theta / math.pi
 

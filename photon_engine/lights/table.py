@@ -13,6 +13,7 @@ import numpy as np
 
 from ..issues import IssueLog, RenderError
 from ..scene.data import Light, SceneData
+from .sky import SkyMap, mean_radiance, no_map
 
 # kinds
 POINT, SPOT, SUN, AREA, MESH, WORLD = range(6)
@@ -69,6 +70,7 @@ class LightTable(NamedTuple):
     tri_cdf: np.ndarray  # (M,) f64, by flux
     center: np.ndarray  # (3,) f64, bounding sphere of the geometry [m]
     radius: float  # of that sphere [m]
+    sky: SkyMap  # radiance of the WORLD by direction; empty: it is constant
 
 
 class _Row:
@@ -98,12 +100,14 @@ def build_lights(
     radius: float,
     origin: np.ndarray,
     issues: IssueLog | None = None,
+    sky: SkyMap | None = None,
 ) -> LightTable:
     """The light table of a scene.
 
     emitters : M emissive triangles, recentred;  n_triangles : T;  center (3,), radius [m] : sphere around all
     geometry, recentred;  origin (3,) f64 : subtracted from world positions.
-    Lights without power are left out. Raises RenderError for a lamp whose numbers are not finite.
+    sky : of a world that varies. Lights without power are left out.
+    Raises RenderError for a lamp whose numbers are not finite.
     """
     issues = IssueLog() if issues is None else issues
     radius = max(float(radius), 1e-6)
@@ -113,7 +117,8 @@ def build_lights(
     triangles = _triangles(emitters)
     if len(triangles["tri_cdf"]) and triangles["tri_cdf"][-1] > 0.0:
         rows.append(_mesh(triangles))
-    world = np.asarray(scene.world.color, np.float64)
+    sky = no_map() if sky is None else sky
+    world = mean_radiance(sky) if len(sky.rows) else np.asarray(scene.world.color, np.float64)
     if not np.all(np.isfinite(world)):
         raise RenderError(scene.world.name, "the world's colour is not finite", "check its strength")
     if np.any(world < 0.0):
@@ -126,7 +131,7 @@ def build_lights(
         rows.append(row)
     lookup = np.full(n_triangles, -1, np.int32)
     lookup[emitters.tri] = np.arange(len(emitters.tri), dtype=np.int32)
-    return _pack(rows, triangles, lookup, (np.asarray(center, np.float64), radius))
+    return _pack(rows, triangles, lookup, (np.asarray(center, np.float64), radius, sky))
 
 
 def _pack(rows: list[_Row], triangles: dict, lookup: np.ndarray, sphere: tuple) -> LightTable:
@@ -153,6 +158,7 @@ def _pack(rows: list[_Row], triangles: dict, lookup: np.ndarray, sphere: tuple) 
         **triangles,
         center=sphere[0],
         radius=sphere[1],
+        sky=sphere[2],
     )
 
 

@@ -13,7 +13,7 @@ from ..sampling.warps import square_to_disk
 from ..vec import dot, load3, luminance, madd, scale, sub
 from .aim import disk_line_pdf, distant_line, round_line, round_line_pdf, toward, toward_pdf_w
 from .area import area_gain, area_inside, area_local, area_point
-from .emit import area_origin, distant_direction, from_outside, mesh_origin, round_surface
+from .emit import area_origin, from_outside, mesh_origin, round_surface
 from .round import spot_falloff
 from .select import pick
 from .table import AREA, DELTA, MESH, SUN, WORLD, LightTable, make_cdf
@@ -119,10 +119,8 @@ def emit_aimed(lights, targets, l, u_pick, u0, u1, u2, u3):
     center = load3(targets.center, c)
     radius = targets.radius[c]
     if kind == SUN or kind == WORLD:
-        x, d = distant_line(lights, l, center, radius, u0, u1, u2, u3)
-        _, solid_angle = distant_direction(lights, l, 0.5, 0.5)
-        gain = solid_angle / disk_mixture(targets, l, x, d)
-        return from_outside(lights, x, d), d, scale(load3(lights.radiance, l), gain)
+        x, d, le = distant_line(lights, l, center, radius, u0, u1, u2, u3)
+        return from_outside(lights, x, d), d, scale(le, 1.0 / disk_mixture(targets, l, x, d))
     x, d = round_line(lights, l, center, radius, u0, u1, u2, u3)
     r = sub(load3(lights.position, l), x)
     o = madd(x, dot(r, d), d)

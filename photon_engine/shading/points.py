@@ -96,6 +96,34 @@ class ShadePoints:
         return ShadePoints(**picked)
 
 
+def sky_points(d: np.ndarray, is_camera: bool = False) -> ShadePoints:
+    """What a world's nodes see in directions d (n, 3): Cycles makes the direction the position and the coordinates."""
+    d = np.ascontiguousarray(d, np.float32)
+    n = len(d)
+    objects = ObjectTable(
+        np.eye(3, dtype=np.float32)[None], np.eye(3, dtype=np.float32)[None], np.zeros((1, 3), np.float32),
+        np.ones((1, 4), np.float32), np.zeros(1, np.float32), np.zeros(1, np.float32),
+    )  # fmt: skip
+    return ShadePoints(
+        p=d, ng=-d, ns=-d, wo=-d, backfacing=np.zeros(n, bool), uvs=_Everywhere(np.zeros((n, 2), np.float32)),
+        generated=d, object=d, normal_local=-d, parametric=np.zeros((n, 2), np.float32), is_camera=is_camera,
+        instance=np.zeros(n, np.int32), objects=objects, camera=np.eye(4, dtype=np.float32),
+        tangents=_Everywhere(np.zeros((n, 4), np.float32)), attributes=_Everywhere(np.zeros((n, 4), np.float32)),
+    )  # fmt: skip
+
+
+class _Everywhere(dict):
+    """A dictionary that has one value for every name: a sky has no UVs, tangents or attributes."""
+
+    def __init__(self, value: np.ndarray) -> None:
+        super().__init__()
+        self._value = value
+
+    def __missing__(self, name: str) -> np.ndarray:
+        """The value, whatever the name."""
+        return self._value
+
+
 def probe_points(n: int, needs: frozenset[str] = frozenset()) -> ShadePoints:
     """n harmless points on the plane z = 0 seen from above, filled with all that `needs` names."""
     def rows(*values: float) -> np.ndarray:

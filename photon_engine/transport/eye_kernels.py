@@ -33,6 +33,7 @@ class EyePaths(NamedTuple):
     bare: np.ndarray  # (n,) bool, only straight passes so far
     unguided: np.ndarray  # (n,) bool, nothing rough met yet: what is seen next guides the denoiser
     inside: np.ndarray  # (n,) i64, bits of the absorbing media it is in; (0,) in a scene without
+    sky: np.ndarray  # (n, 3) f32, exact radiance of a varying world where this leg escapes; (0, 3): the lights tell it
 
 
 class VisiblePoints(NamedTuple):
@@ -80,7 +81,12 @@ def empty_paths(n: int, media: bool = False) -> EyePaths:
     f3 = [np.empty((n, 3), np.float32) for _ in range(3)]
     f1 = [np.empty(n, np.float32) for _ in range(3)]
     flags = [np.ones(n, bool) for _ in range(2)]
-    return EyePaths(*f3, np.empty(n, np.uint64), np.empty(n, np.int32), *f1, *flags, no_bits(n, media))
+    return EyePaths(*f3, np.empty(n, np.uint64), np.empty(n, np.int32), *f1, *flags, no_bits(n, media), no_sky())
+
+
+def no_sky() -> np.ndarray:
+    """No exact radiance of the world."""
+    return np.zeros((0, 3), np.float32)
 
 
 def empty_tile(n: int) -> Tile:
@@ -142,12 +148,12 @@ def add3(a, i, v):
 
 
 @kernel
-def _escape(lights, rules, beta, d, bare, unguided, pixel, tile):
+def _escape(radiance, rules, beta, bare, unguided, pixel, tile):
     """A path that left the scene: the world, unless the film is transparent there."""
     if bare and rules.transparent:
         tile.alpha[pixel, 0] -= (beta[0] + beta[1] + beta[2]) / 3.0
         return
-    light = mul(beta, world_radiance(lights, d))
+    light = mul(beta, radiance)
     add3(tile.environment, pixel, light)
     if unguided:
         add3(tile.guide_albedo, pixel, clamp01(light))
@@ -281,7 +287,8 @@ def _lamps_and_sky(lights, rules, paths, i, t, tile):
     light = lamps_along_ray(lights, o, d, t, o, 0.0, 0, from_camera)
     if t == math.inf:
         light = add(light, suns_along_ray(lights, d, o, 0.0, 0, from_camera))
-        _escape(lights, rules, beta, d, paths.bare[i], paths.unguided[i], paths.pixel[i], tile)
+        radiance = load3(paths.sky, i) if len(paths.sky) else world_radiance(lights, d)
+        _escape(radiance, rules, beta, paths.bare[i], paths.unguided[i], paths.pixel[i], tile)
     light = mul(beta, light)
     add3(tile.emission, paths.pixel[i], light)
     if paths.unguided[i]:

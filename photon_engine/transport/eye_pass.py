@@ -79,6 +79,7 @@ def _render_tile(scene: RenderScene, run: EyeRun, maps: Maps, picture: Tile, can
         if scene.absorbs:
             scene.absorb(paths.inside, surfaces, paths.beta)
         points = empty_points(len(paths.key), scene.absorbs)
+        paths = paths._replace(sky=scene.sky_seen(surfaces, paths.d, bounce == 0))
         n, ended = eye_step(scene.laws, scene.rules, scene.seen_lights, surfaces, paths, bounce, points, tile)
         if ended:
             rays += _light_points(scene, run, maps, surfaces, head(points, ended), tile)

@@ -13,6 +13,7 @@ from ..geometry.flatten import bounding_sphere
 from ..geometry.intersect import Hits
 from ..geometry.kept import Kept
 from ..issues import IssueLog
+from ..lights.sky import build_sky
 from ..lights.table import Emitters, build_lights
 from ..lights.targets import build_targets
 from ..plan import make_plan
@@ -50,6 +51,7 @@ class RenderScene:
         self.materials = MaterialTable(scene, self.flat, settings.specular_threshold, issues)
         stage("Preparing lights")
         self.emitters = self._emitters(scene)
+        self.sky = build_sky(scene.world, scene.images, issues)
         self.lights = build_lights(
             scene,
             self.emitters,
@@ -58,6 +60,7 @@ class RenderScene:
             self.flat.radius,
             self.flat.origin,
             issues,
+            None if self.sky is None else self.sky.map,
         )
         self.camera = build_camera(scene.camera, scene.frame, self.flat.origin)
         facts = survey(scene, settings.specular_threshold, self.materials.programs)
@@ -88,6 +91,16 @@ class RenderScene:
         rows, row = self.materials.shade(hits, d, **path)
         scratch = np.empty((rows.kind.shape[1], 8))
         return Surfaces(self.flat.geometry, rows, row, hits.prim, hits.u, hits.v, hits.t, scratch)
+
+    def sky_seen(self, surfaces: Surfaces, d: np.ndarray, is_camera: bool) -> np.ndarray:
+        """Exact radiance (n, 3) f32 of a varying world where rays along d escape; (0, 3): the lights' table says it."""
+        if self.sky is None or not self.plan.sees_lights:
+            return np.zeros((0, 3), np.float32)
+        out = np.zeros((len(d), 3), np.float32)
+        free = np.flatnonzero(surfaces.prim < 0)
+        if len(free):
+            out[free] = self.sky.radiance_at(d[free], is_camera)
+        return out
 
     def absorb(self, inside: np.ndarray, surfaces: Surfaces | None, colors: np.ndarray, t_max=np.inf) -> np.ndarray:
         """Take from colours (n, 3) what media absorb up to the hits, else to t_max [m]; out: (3,) all that is lost."""

@@ -3,6 +3,7 @@
 import numpy as np
 
 from ...scene.data import Light, SceneData, World
+from ..sky import make_map
 from ..table import Emitters, build_lights
 
 CENTER = np.zeros(3)
@@ -75,6 +76,16 @@ NO_EMITTERS = Emitters(np.zeros(0, np.int32), *(np.zeros((0, 3), np.float32) for
 WORLD = World(color=(0.5, 0.4, 0.2))
 
 
+def sky_map():
+    """A small sky: dim, with a broad glow, a sun of two texels and a black band."""
+    rng = np.random.default_rng(4)
+    radiance = rng.uniform(0.1, 0.4, (16, 32, 3))
+    radiance[2:6, 4:10] += (2.0, 1.5, 1.0)
+    radiance[5, 20:22] = (90.0, 80.0, 60.0)
+    radiance[12] = 0.0
+    return make_map(radiance.astype(np.float32))
+
+
 def table(lamps=(), emitters=NO_EMITTERS, world=None, **options):
     scene = SceneData(lights=list(lamps), world=world or World())
     options = {"center": CENTER, "radius": RADIUS, "origin": np.zeros(3)} | options
@@ -85,4 +96,5 @@ def table(lamps=(), emitters=NO_EMITTERS, world=None, **options):
 SINGLE = {name: (lambda item=item: table([item])) for name, item in LAMPS.items()} | {
     "mesh": lambda: table(emitters=EMITTERS),
     "world": lambda: table(world=WORLD),
+    "sky": lambda: table(sky=sky_map()),
 }
