@@ -198,7 +198,12 @@ def test_attributes_of_each_domain_and_type(domain, kind):
         for c in range(3):
             at = {"POINT": t.vertices[c], "FACE": t.polygon_index, "CORNER": t.loops[c]}
             if domain == "EDGE":
-                expected = np.mean([values[e] for e, ends in enumerate(edges) if t.vertices[c] in ends], axis=0)
+                around = [values[e] for e, ends in enumerate(edges) if t.vertices[c] in ends]
+                expected = np.mean(around, axis=0)
+                if kind == "BOOLEAN":
+                    expected = np.max(around, axis=0)
+                elif kind == "INT":
+                    expected = np.floor(expected + 0.5)
             else:
                 expected = values[at[domain]]
             np.testing.assert_allclose(mesh.attributes["x"][i, c], expected, atol=1e-6)

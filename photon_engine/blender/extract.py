@@ -6,6 +6,7 @@ from typing import Any
 
 from ..issues import IssueLog
 from ..scene.data import Graph, Instance, Material, Mesh, Node, SceneData, Socket
+from .attributes import instance_attribute, particle_of, view_layer_attribute, wanted_attributes
 from .cameras import extract_camera, extract_frame
 from .compat import DEFAULT_PRINCIPLED
 from .images import ImageTable
@@ -34,7 +35,7 @@ def extract_scene(
     data = SceneData(name=scene.name, frame_number=scene.frame_current)
     data.camera = extract_camera(scene, depsgraph, issues, camera)
     data.frame = extract_frame(scene)
-    extraction = _Extraction(data, layer, issues, keep or Keep())
+    extraction = _Extraction(data, scene, layer, issues, keep or Keep())
     for item in visible_occurrences(depsgraph, issues):
         extraction.add(item)
     extraction.read_meshes()
@@ -48,8 +49,9 @@ def extract_scene(
 class _Extraction:
     """Tables that grow while the occurrences are walked: each data-block is read once."""
 
-    def __init__(self, data: SceneData, layer: Any, issues: IssueLog, keep: Keep) -> None:
+    def __init__(self, data: SceneData, scene: Any, layer: Any, issues: IssueLog, keep: Keep) -> None:
         self.data = data
+        self.scene = scene
         self.layer = layer
         self.issues = issues
         self.keep = keep
@@ -87,7 +89,16 @@ class _Extraction:
         self._sources[index][2].update(m for m in materials if m >= 0)
         instance = make_instance(item, index, materials, self.layer, self.issues)
         if instance is not None:
+            self._add_properties(instance, item)
             self.data.instances.append(instance)
+
+    def _add_properties(self, instance: Instance, item: Occurrence) -> None:
+        """What the nodes of the instance's materials ask about its object."""
+        graphs = [self.data.materials[m].graph for m in instance.materials if m >= 0]
+        for kind, name in frozenset().union(*(wanted_attributes(graph) for graph in graphs)):
+            instance.attributes[f"{kind}:{name}"] = instance_attribute(item.source, kind, name)
+        if any(node.type == "ShaderNodeParticleInfo" for graph in graphs for node in graph.nodes):
+            instance.particle = particle_of(item.source, float(self.data.frame_number))
 
     def _material(self, material: Any | None) -> int:
         """Index of a material's graph; for an empty slot that of Blender's default, -1 when it is grey Lambert."""
@@ -96,10 +107,20 @@ class _Extraction:
         key = material.as_pointer()
         if key not in self._materials:
             graph = material_graph(material, self.images, self.issues)
+            self._fill_in(graph, material)
             self._materials[key] = len(self.data.materials)
             method = getattr(material, "displacement_method", "BUMP")
             self.data.materials.append(Material(material.name, graph, method))
         return self._materials[key]
+
+    def _fill_in(self, graph: Graph, material: Any) -> None:
+        """What nodes ask that is known here: properties of the view layer, the material's index."""
+        for node in graph.nodes:
+            if node.type == "ShaderNodeAttribute" and node.props.get("attribute_type") == "VIEW_LAYER":
+                name = node.props.get("attribute_name", "")
+                node.props["value"] = list(view_layer_attribute(self.scene, self.layer, name))
+            elif node.type == "ShaderNodeObjectInfo":
+                node.props["material_index"] = material.pass_index
 
     def _default_material(self) -> int:
         """Index of a Principled BSDF with default values."""

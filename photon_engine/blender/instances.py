@@ -25,6 +25,7 @@ class Occurrence(NamedTuple):
     parent: Any  # the instancer; the object itself when there is none
     matrix: np.ndarray  # (4, 4) f64, local to world
     random: float  # Object Info > Random, [0, 1)
+    source: Any  # the depsgraph's object instance
 
 
 def visible_occurrences(depsgraph: Any, issues: IssueLog) -> Iterator[Occurrence]:
@@ -43,7 +44,7 @@ def visible_occurrences(depsgraph: Any, issues: IssueLog) -> Iterator[Occurrence
             issues.warn(ob.name, f"{UNSUPPORTED[ob.type]} are not supported yet: it is not rendered")
             continue
         matrix = np.array(item.matrix_world, np.float64)
-        yield Occurrence(ob, parent, matrix, random_number(item, ob))
+        yield Occurrence(ob, parent, matrix, random_number(item, ob), item)
 
 
 def hidden_in_render(depsgraph: Any) -> frozenset[str]:

@@ -11,8 +11,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..geometry.islands import island_roots
 from ..issues import IssueLog
 from ..scene.data import Mesh
+from ..shading.procedural.white import hash_words
+from ..shading.textures import linear_to_srgb, srgb_to_linear
 from .tangents import corner_tangents
 
 
@@ -23,6 +26,7 @@ class MeshNeeds(NamedTuple):
     attributes: frozenset[str] = frozenset()  # "" is the active colour attribute
     tangents: frozenset[str] = frozenset()  # UV layers; "" is the one active for render
     uvs: frozenset[str] = frozenset()  # as above; tangents need theirs too
+    islands: bool = False  # Random Per Island
 
 
 def extract_mesh(me: Any, owner: str, needs: MeshNeeds, issues: IssueLog) -> Mesh | None:
@@ -56,6 +60,8 @@ def extract_mesh(me: Any, owner: str, needs: MeshNeeds, issues: IssueLog) -> Mes
         material_index=material_indices(me, faces),
         generated=generated_coordinates(me) if needs.generated else None,
     )
+    if needs.islands:
+        mesh.island_random = island_random(me, triangles)
     _add_uvs(mesh, me, (loops, needs.uvs | needs.tangents), owner, issues)
     for name in needs.attributes:
         _add_attribute(mesh, me, name, (loops, triangles, keep), owner, issues)
@@ -185,6 +191,14 @@ def generated_coordinates(me: Any) -> np.ndarray:
     return (out.reshape(-1, 3) * scale - (centre * scale - 0.5)).astype(np.float32)
 
 
+def island_random(me: Any, triangles: np.ndarray) -> np.ndarray:
+    """A number in [0, 1] for each connected part, (T,) f32: the hash of the vertex that Cycles lets stand for it."""
+    edges = np.empty(len(me.edges) * 2, np.int32)
+    me.edges.foreach_get("vertices", edges)
+    roots = island_roots(len(me.vertices), edges.reshape(-1, 2))[triangles[:, 0]]
+    return hash_words(roots)
+
+
 def _needs_faces(me: Any) -> bool:
     """Whether some face attribute must be spread over triangles."""
     return any(_face_attribute(me, name, kind) is not None for name, kind in FACE_ATTRIBUTES)
@@ -250,7 +264,33 @@ def _add_attribute(mesh: Mesh, me: Any, name: str, corners: tuple, owner: str, i
     values = np.empty(len(attribute.data) * width, READ_TYPES.get(attribute.data_type, np.float32))
     attribute.data.foreach_get(key, values)
     values = values.reshape(-1, width).astype(np.float32)
+    if attribute.domain == "EDGE":
+        mesh.attributes[name] = edges_to_points(values, attribute.data_type, me)[corners[1]]
+        return
     mesh.attributes[name] = _to_corners(values, attribute.domain, me, corners)
+
+
+def edges_to_points(values: np.ndarray, kind: str, me: Any) -> np.ndarray:
+    """Values of edges (E, C) at the points, (V, C) f32, as Blender does it: the mean over a point's edges.
+
+    Whole numbers are rounded, booleans are true when any edge is, byte colours are mixed under
+    their sRGB curve and cut to bytes.
+    """
+    if kind == "BYTE_COLOR":
+        values = np.column_stack([linear_to_srgb(values[:, :3]), values[:, 3]])
+    ends = np.empty(len(me.edges) * 2, np.int32)
+    me.edges.foreach_get("vertices", ends)
+    total = np.zeros((len(me.vertices), values.shape[1]))
+    np.add.at(total, ends, np.repeat(values, 2, axis=0))
+    mean = total / np.maximum(np.bincount(ends, minlength=len(me.vertices))[:, None], 1)
+    if kind == "BOOLEAN":
+        mean = np.ceil(mean)
+    elif kind.startswith("INT"):
+        mean = np.copysign(np.floor(np.abs(mean) + 0.5), mean)
+    elif kind == "BYTE_COLOR":
+        mean = np.floor(mean * 255.0 + 1e-3) / 255.0
+        mean = np.column_stack([srgb_to_linear(mean[:, :3]), mean[:, 3]])
+    return mean.astype(np.float32)
 
 
 def _to_corners(values: np.ndarray, domain: str, me: Any, corners: tuple) -> np.ndarray:
@@ -260,14 +300,6 @@ def _to_corners(values: np.ndarray, domain: str, me: Any, corners: tuple) -> np.
         return values[loops]
     if domain == "POINT":
         return values[triangles]
-    if domain == "EDGE":
-        # as Blender interpolates edges to points: the mean over the edges of a point
-        ends = np.empty(len(me.edges) * 2, np.int32)
-        me.edges.foreach_get("vertices", ends)
-        total = np.zeros((len(me.vertices), values.shape[1]))
-        np.add.at(total, ends, np.repeat(values, 2, axis=0))
-        count = np.bincount(ends, minlength=len(me.vertices))[:, None]
-        return (total / np.maximum(count, 1)).astype(np.float32)[triangles]
     faces = triangle_faces(me)
     faces = faces if keep is None else faces[keep]
     return np.repeat(values[faces][:, None, :], 3, axis=1)

@@ -19,6 +19,7 @@ def merge_needs(needs: Iterable[MeshNeeds]) -> MeshNeeds:
             out.attributes | item.attributes,
             out.tangents | item.tangents,
             out.uvs | item.uvs,
+            out.islands or item.islands,
         )
     return out
 
@@ -32,5 +33,6 @@ def needs_of(material: Material, images: list[Image]) -> MeshNeeds:
         found.setdefault(kind, set()).add(name)
     tangents = frozenset(found.get("tangent", ()))
     return MeshNeeds(
-        "generated" in found, frozenset(found.get("attribute", ())), tangents, tangents | frozenset(found.get("uv", ()))
-    )
+        "generated" in found, frozenset(found.get("attribute", ())), tangents,
+        tangents | frozenset(found.get("uv", ())), "island" in found,
+    )  # fmt: skip

@@ -27,6 +27,7 @@ class Mesh:
     active_uv: str = ""  # the layer that nodes use when they name none (active for render)
     generated: np.ndarray | None = None  # (V, 3) f32, Generated coordinates; None: from bounds of positions
     attributes: dict[str, np.ndarray] = field(default_factory=dict)  # name -> (T, 3, C) f32, per corner
+    island_random: np.ndarray | None = None  # (T,) f32, Geometry > Random Per Island
     tangents: dict[str, np.ndarray] = field(default_factory=dict)  # uv layer -> (T, 3, 4) f32: tangent xyz, sign
 
 
@@ -43,6 +44,9 @@ class Instance:
     color: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
     pass_index: int = 0
     random: float = 0.0  # Object Info > Random, in [0, 1)
+    attributes: dict[str, tuple[float, ...]] = field(default_factory=dict)  # "OBJECT:name", "INSTANCER:name" -> rgba
+    # index, age, lifetime, size, location, velocity, angular velocity (13 numbers); None: it is no particle
+    particle: tuple[float, ...] | None = None
     holdout: bool = False  # a hole in the picture: black, alpha 0
     visible_camera: bool = True  # Ray Visibility > Camera
     visible_shadow: bool = True  # Ray Visibility > Shadow

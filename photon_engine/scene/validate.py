@@ -45,6 +45,7 @@ def check_mesh(mesh: Mesh) -> None:
         ("normals", mesh.normals, (n_tris, 3, 3)),
         ("material_index", mesh.material_index, (n_tris,)),
         ("generated", mesh.generated, (n_verts, 3)),
+        ("island_random", mesh.island_random, (n_tris,)),
     )
     for label, array, shape in optional:
         _require(array is None or _fits(array, shape), name, f"{label} do not have the shape {shape}")

@@ -13,8 +13,7 @@ GREY = 0.8  # Blender's default base colour
 MIDDLE = 0.5  # of an unknown texture
 COLOR_INPUTS = ("Base Color", "Color")
 UNSUPPORTED_OUTPUTS = {
-    "ShaderNodeTexCoord": {"Window"},
-    "ShaderNodeNewGeometry": {"Pointiness", "Random Per Island"},
+    "ShaderNodeNewGeometry": {"Pointiness"},
     "ShaderNodeLightPath": {
         "Is Diffuse Ray", "Is Glossy Ray", "Is Singular Ray", "Is Reflection Ray", "Is Transmission Ray",
         "Is Volume Scatter Ray", "Ray Length", "Ray Depth", "Diffuse Depth", "Glossy Depth", "Transparent Depth",

@@ -18,6 +18,8 @@ class ObjectTable:
     color: np.ndarray  # (I, 4) f32
     pass_index: np.ndarray  # (I,) f32
     random: np.ndarray  # (I,) f32
+    particle: np.ndarray = field(default_factory=lambda: np.zeros((1, 13), np.float32))  # (I, 13), Instance.particle
+    attributes: dict[str, np.ndarray] = field(default_factory=dict)  # "OBJECT:name", ... -> (I, 4) f32
 
     @classmethod
     def from_instances(cls, instances) -> ObjectTable:
@@ -31,6 +33,11 @@ class ObjectTable:
             color=np.array([item.color for item in instances], np.float32).reshape(-1, 4),
             pass_index=np.array([item.pass_index for item in instances], np.float32),
             random=np.array([item.random for item in instances], np.float32),
+            particle=np.array([item.particle or (0.0,) * 13 for item in instances], np.float32).reshape(-1, 13),
+            attributes={
+                name: np.array([item.attributes.get(name, (0.0,) * 4) for item in instances], np.float32)
+                for name in frozenset().union(*(item.attributes for item in instances))
+            },
         )
 
 
@@ -61,11 +68,13 @@ class ShadePoints:
     object: np.ndarray | None = None  # (n, 3) f32, p in the object's space
     normal_local: np.ndarray | None = None  # (n, 3) f32, interpolated corner normals in mesh space, not normalised
     tangents: dict[str, np.ndarray] = field(default_factory=dict)  # layer -> (n, 4) f32, mesh space, w: sign
-    attributes: dict[str, np.ndarray] = field(default_factory=dict)  # name -> (n, C) f32
+    attributes: dict[str, np.ndarray] = field(default_factory=dict)  # name -> (n, 5) f32: rgba, Fac
     parametric: np.ndarray | None = None  # (n, 2) f32, barycentric coordinates of corners 1 and 2
+    island_random: np.ndarray | None = None  # (n,) f32, Geometry > Random Per Island
     instance: np.ndarray | None = None  # (n,) i32, row of `objects`
     objects: ObjectTable | None = None
     camera: np.ndarray | None = None  # (4, 4) f32, world to camera with z along the view axis
+    window: tuple[float, ...] | None = None  # left, right, bottom, top of Camera.window, 1 for perspective
     is_camera: bool = False  # the path came straight from the camera
     is_photon: bool = False  # the path came from a light
     is_shadow: bool = False  # only transparency is asked
@@ -138,7 +147,8 @@ def probe_points(n: int, needs: frozenset[str] = frozenset()) -> ShadePoints:
         p=rows(0, 0, 0), ng=rows(0, 0, 1), ns=rows(0, 0, 1), wo=rows(0, 0, 1), backfacing=np.zeros(n, bool), uvs=layers,
         generated=rows(0, 0, 0), object=rows(0, 0, 0), normal_local=rows(0, 0, 1), parametric=rows(0, 0),
         instance=np.zeros(n, np.int32), objects=objects, camera=np.eye(4, dtype=np.float32),
+        island_random=np.zeros(n, np.float32), window=(-1.0, 1.0, -1.0, 1.0, 1.0),
         tangents={name.partition(":")[2]: rows(1, 0, 0, 1) for name in needs if name.split(":")[0] == "tangent"},
-        attributes={name.partition(":")[2]: np.zeros((n, 4), np.float32)
+        attributes={name.partition(":")[2]: np.zeros((n, 5), np.float32)
                     for name in needs if name.split(":")[0] == "attribute"},
     )  # fmt: skip

@@ -24,7 +24,7 @@ def fill_attributes(points: ShadePoints, needs: frozenset[str], scene: SceneData
                 lambda mesh, layer=name: mesh.tangents.get(layer or mesh.active_uv), 4, (1.0, 0.0, 0.0, 1.0)
             )
         elif kind == "attribute":
-            points.attributes[name] = lookup.corners(lambda mesh, key=name: mesh.attributes.get(key), 4)
+            points.attributes[name] = lookup.attribute(name)
         elif kind == "generated":
             points.generated = lookup.vertices(generated_coordinates)
         elif kind == "normal_local":
@@ -35,6 +35,9 @@ def fill_attributes(points: ShadePoints, needs: frozenset[str], scene: SceneData
             to_camera = np.linalg.inv(scene.camera.matrix)
             to_camera[2] = -to_camera[2]
             points.camera = to_camera.astype(np.float32)
+            points.window = (*scene.camera.window, float(scene.camera.kind == "PERSP"))
+        elif kind == "island":
+            points.island_random = lookup.faces(lambda mesh: mesh.island_random)
 
 
 def generated_coordinates(mesh: Mesh) -> np.ndarray:
@@ -98,8 +101,7 @@ class Neighbours:
                 slope = lookup.corners(lambda mesh, layer=name: mesh.uvs.get(layer or mesh.active_uv), 2)
                 moved.uvs[name] = points.uvs[name] + slope
             elif kind == "attribute":
-                slope = lookup.corners(lambda mesh, key=name: mesh.attributes.get(key), 4)
-                moved.attributes[name] = points.attributes[name] + slope
+                moved.attributes[name] = points.attributes[name] + lookup.attribute(name)
             elif kind == "generated":
                 moved.generated = points.generated + lookup.vertices(generated_coordinates)
             elif kind == "object":
@@ -164,6 +166,36 @@ class _Lookup:
             if data is not None:
                 values = data[self.triangle[index]]
                 out[index, : values.shape[2]] = np.einsum("nc,ncd->nd", self.weights[index], values)
+        return out
+
+    def attribute(self, name: str) -> np.ndarray:
+        """(n, 5) f32: an attribute's rgba and its value as a number; opaque black where a mesh does not have it.
+
+        One number is repeated, two are x and y (the number is x), of three and four the number is the mean of rgb;
+        what has no alpha is opaque.
+        """
+        out = np.zeros((self.n, 5), np.float32)
+        out[:, 3] = self.weights.sum(axis=1)
+        for m, index in self.groups:
+            data = self.scene.meshes[m].attributes.get(name)
+            if data is None:
+                continue
+            values = np.einsum("nc,ncd->nd", self.weights[index], data[self.triangle[index]])
+            width = values.shape[1]
+            rows = np.zeros((len(index), 5), np.float32)
+            rows[:, : max(width, 3)] = values if width != 2 else np.column_stack([values, np.zeros(len(values))])
+            rows[:, 3] = values[:, 3] if width == 4 else out[index, 3]
+            rows[:, 4] = values[:, 0] if width < 3 else rows[:, :3].mean(axis=1)
+            out[index] = rows
+        return out
+
+    def faces(self, get) -> np.ndarray:
+        """(n,) f32 from per-triangle data get(mesh) (T,); zeros where a mesh has none."""
+        out = np.zeros(self.n, np.float32)
+        for m, index in self.groups:
+            data = get(self.scene.meshes[m])
+            if data is not None:
+                out[index] = data[self.triangle[index]]
         return out
 
     def vertices(self, get) -> np.ndarray:

@@ -3,6 +3,7 @@
 from . import (
     colors,
     curves,
+    data_inputs,
     geometry_inputs,
     image,
     patterns,
@@ -18,6 +19,7 @@ from . import (
 __all__ = [
     "colors",
     "curves",
+    "data_inputs",
     "geometry_inputs",
     "image",
     "patterns",

@@ -86,8 +86,10 @@ def layer_weight(x, props, points):
     return out
 
 
-TEX_COORD_NEEDS = {"UV": {"uv"}, "Generated": {"generated"}, "Object": {"object"}, "Camera": {"camera"},
-                   "Normal": {"objects"}}
+TEX_COORD_NEEDS = {
+    "UV": {"uv"}, "Generated": {"generated"}, "Object": {"object"}, "Camera": {"camera"}, "Window": {"camera"},
+    "Normal": {"objects"},
+}  # fmt: skip
 
 
 def texture_coordinate_needs(item, used):
@@ -112,10 +114,22 @@ def texture_coordinate(x, props, points):
         out["Normal"] = to_object(points, facing(points))
     if "Camera" in used:
         out["Camera"] = affine(points.camera, points.p.T)
+    if "Window" in used:
+        out["Window"] = window_coordinates(points)
     if "Reflection" in used:
         n, wo = facing(points), columns(points.wo)
         out["Reflection"] = 2.0 * dot(wo, n) * n - wo
     return out
+
+
+def window_coordinates(points):
+    """Where in the picture the points are seen, (3, n): (0, 0) bottom left, (1, 1) top right."""
+    left, right, bottom, top, perspective = points.window
+    x, y, z = affine(points.camera, points.p.T)
+    if perspective:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            x, y = np.where(z != 0.0, x / z, f32(0.0)), np.where(z != 0.0, y / z, f32(0.0))
+    return np.stack([(x - left) / f32(right - left), (y - bottom) / f32(top - bottom), np.zeros_like(z)])
 
 
 def uv_layer(item, used):
@@ -130,14 +144,7 @@ def uv_map(x, props, points):
     return {"UV": pad(points.uvs[props.get("uv_map", "")])}
 
 
-@node("ShaderNodeVertexColor", varies=True, needs=lambda item, used: {f"attribute:{item.props.get('layer_name', '')}"})
-def vertex_color(x, props, points):
-    """A colour attribute of the mesh; no name: the active one."""
-    rgba = points.attributes[props.get("layer_name", "")]
-    return {"Color": columns(rgba[:, :3]), "Alpha": rgba[:, 3]}
-
-
-GEOMETRY_NEEDS = {"Parametric": {"parametric"}, "Tangent": {"generated", "objects"}}
+GEOMETRY_NEEDS = {"Parametric": {"parametric"}, "Random Per Island": {"island"}, "Tangent": {"generated", "objects"}}
 
 
 @node("ShaderNodeNewGeometry", varies=True,
@@ -158,6 +165,8 @@ def geometry(x, props, points):
     if "Parametric" in used:
         u, v = points.parametric.T
         out["Parametric"] = np.stack([ONE - u - v, u, np.zeros_like(u)])
+    if "Random Per Island" in used:
+        out["Random Per Island"] = points.island_random
     if "Tangent" in used:  # radial about the object's z axis
         x, y, z = points.generated.T - f32(0.5)
         radial = to_world(points, np.stack([-y, x, np.zeros_like(z)]))
@@ -178,22 +187,6 @@ def light_path(x, props, points):
         if name in out and getattr(points, flag):
             out[name] = np.ones(n, f32)
     return out
-
-
-@node("ShaderNodeCameraData", varies=True, needs={"camera"})
-def camera_data(x, props, points):
-    """View vector, depth and distance of the point from the camera."""
-    v = affine(points.camera, points.p.T)
-    return {"View Vector": normalize(v), "View Z Depth": v[2], "View Distance": np.sqrt(dot(v, v))}
-
-
-@node("ShaderNodeObjectInfo", varies=True, needs={"objects"})
-def object_info(x, props, points):
-    """Properties of the object that was hit."""
-    table, i = points.objects, points.instance
-    return {"Location": columns(table.location[i]), "Color": columns(table.color[i, :3]), "Alpha": table.color[i, 3],
-            "Object Index": table.pass_index[i], "Random": table.random[i],
-            "Material Index": np.full(len(i), props.get("material_index", 0), f32)}
 
 
 def normal_map_needs(item, used):
