@@ -167,8 +167,8 @@ def test_a_bug_is_1_with_a_message_and_keeps_the_passes(place, capsys, monkeypat
 
 
 def test_denoised_render_keeps_the_noisy_pictures_and_names_the_denoiser(place, capsys):
-    assert run(capsys, "render", "scene.npz", "-o", "raw.exr", "--passes", 2, "--state", "raw.npz")[0] == cli.OK
-    flags = ("--passes", 2, "--set", "denoise=final", "--log", "run.json")
+    assert run(capsys, "render", "scene.npz", "-o", "raw.exr", "--passes", 4, "--state", "raw.npz")[0] == cli.OK
+    flags = ("--passes", 4, "--set", "denoise=final", "--log", "run.json")
     assert run(capsys, "render", "scene.npz", "-o", "clean.exr", *flags)[0] == cli.OK
     raw, clean, (_, meta) = read_exr("raw.exr")[0], read_exr("clean.exr")[0], read_exr("clean.exr")
     assert set(clean) == {p.name for p in PASSES}
@@ -176,7 +176,8 @@ def test_denoised_render_keeps_the_noisy_pictures_and_names_the_denoiser(place, 
         np.testing.assert_array_equal(clean[NOISY + name], raw[name])
         assert not np.array_equal(clean[name], raw[name])
     assert meta["denoiser"].startswith("Open Image Denoise 2.")
-    assert json.loads((place / "run.json").read_text())["stage_seconds"]["Denoising"] > 0.0
+    record = json.loads((place / "run.json").read_text())
+    assert record["stage_seconds"]["Denoising"] > 0.0 and record["denoised_error"][0]["noise"] > 0.0
     assert run(capsys, "merge", "raw.npz", "--denoise", "-o", "merged.exr")[0] == cli.OK
     np.testing.assert_array_equal(read_exr("merged.exr")[0]["Combined"], clean["Combined"])
 

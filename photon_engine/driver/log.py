@@ -58,6 +58,7 @@ def run_record(session: Any) -> dict[str, Any]:
         "pass_seconds": session.durations,
         "stage_seconds": session.stages,
         "statistics": session.statistics,
+        "denoised_error": session.denoised_errors,
         "plan": [line._asdict() for line in session.plan.lines()] if session.plan else [],
         "memory_peak_mb": memory()[1],
         "issues": issue_records(session.issues),

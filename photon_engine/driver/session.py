@@ -8,6 +8,7 @@ from typing import Any
 
 from ..film.accumulate import Film
 from ..film.darkroom import Darkroom
+from ..film.halves import Halves
 from ..film.passes import ALL_NAMES
 from ..issues import IssueLog, RenderError, StopReason
 from ..scene.data import SceneData
@@ -53,13 +54,14 @@ class Session:
         in its `kept`, to spare what the scenes share
         """
         self.scene = scene
-        self.settings = settings
+        self.settings = settings.resolved()  # so that the film and the log say what was used
         self.issues = issues
         self.outputs = outputs
         self.kept = kept
         self.renderer_factory = renderer_factory or default_renderer
         self.film: Film | None = None
         self.darkroom: Darkroom | None = None
+        self.denoised_errors: list[dict[str, float]] = []  # of the denoised Combined, at 4, 8, 16, ... passes
         self.stop: StopReason | None = None
         self.durations: list[float] = []
         self.stages: dict[str, float] = {}
@@ -97,6 +99,7 @@ class Session:
             fresh._check_meta(self.new_film(moments=False))
         self.film = fresh
         self.darkroom = Darkroom(fresh, self.settings.denoise, self.settings.threads, self.issues, listener.cancelled)
+        self._halves = Halves(fresh.height, fresh.width, fresh.exposure) if self.settings.denoise != "OFF" else None
         self._render(Worker(listener), max(first, self.film.next_pass))
         if self.film.count:
             self.finish(listener)
@@ -137,6 +140,8 @@ class Session:
                     stop = StopReason.CANCELLED
                     break
                 self.film.add(index, image)
+                if self._halves is not None:
+                    self._halves.add(image)
             except Abandoned:
                 raise
             except Exception as error:
@@ -145,10 +150,20 @@ class Session:
             self.durations.append(time.perf_counter() - begin)
             self.film.meta["seconds"] += self.durations[-1]
             stop = StopReason.CANCELLED if listener.cancelled() else self._spent()
+            self._measure_denoised()
             listener.progress(self.progress())
             if stop is None:
                 listener.picture(self.darkroom, final=False)
         return stop
+
+    def _measure_denoised(self) -> None:
+        """Estimate the denoised picture's error at 4, 8, 16, ... passes: often enough to see it fall, and cheap."""
+        passes = len(self.durations)
+        if self._halves is None or passes < 4 or passes & (passes - 1):
+            return
+        error = self.darkroom.error(self._halves)
+        if error is not None:
+            self.denoised_errors.append({"passes": passes, "seconds": sum(self.durations), **error._asdict()})
 
     def finish(self, listener: Listener) -> None:
         """Hand over the last picture of what the film holds."""

@@ -13,6 +13,7 @@ import numpy as np
 
 from ..issues import IssueLog, RenderError
 from .accumulate import Film
+from .halves import DenoisedError, Halves, denoised_error
 from .oidn import Guides, Oidn
 from .passes import COMBINED, LIGHT_NAMES
 
@@ -70,6 +71,21 @@ class Darkroom:
         elif final:
             self.issues.info("Denoise", "cancelled: the picture keeps its noise")
         return out | clean
+
+    def error(self, halves: Halves) -> DenoisedError | None:
+        """How wrong the denoised Combined still is; None when nothing is denoised, or not yet known, or cancelled."""
+        if self.denoise == "OFF" or not halves.full or self.cancelled():
+            return None
+        start = time.perf_counter()
+        raw = halves.pictures()
+        try:
+            with Oidn(self.threads) as oidn:
+                guides = self.guides(oidn, self.cancelled)
+                clean = [oidn.color(half, guides, self.cancelled) for half in raw] if guides is not None else [None]
+        except RenderError:
+            return None  # pictures() tells of it
+        self.seconds += time.perf_counter() - start
+        return None if any(half is None for half in clean) else denoised_error(raw, tuple(clean))
 
     def _clean(self, raw: dict[str, np.ndarray], cancelled: Callable[[], bool]) -> dict[str, np.ndarray]:
         """The pictures denoised; empty when cancelled."""

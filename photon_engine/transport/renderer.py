@@ -51,7 +51,7 @@ class Renderer:
         self.kept = kept or Kept()
         self.data = scene
         self.outputs = outputs
-        self.settings = settings
+        self.settings = settings = settings.resolved()
         self.issues = issues
         self.statistics: dict = {"seconds": {}, "photons": {}, "rays": {}, "flux": {}, "map_bytes": 0}
         self._pool = ThreadPoolExecutor(settings.threads or os.cpu_count() or 1, thread_name_prefix="photon-map")

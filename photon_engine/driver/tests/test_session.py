@@ -123,3 +123,11 @@ def test_record_is_json_and_enough_to_repeat(tmp_path):
         "severity": "warning", "object": "Wood", "message": "node Foo is not supported", "remedy": "white is used",
     }  # fmt: skip
     assert record["machine"]["versions"]["numpy"] == np.__version__
+
+
+def test_automatic_settings_are_decided_and_recorded():
+    for denoise, radius in (("OFF", 2.0), ("FINAL", 0.5)):
+        session = session_of(passes=1, denoise=denoise)
+        session.render()
+        assert session.film.meta["settings"]["caustic_radius"] == session.settings.caustic_radius == radius
+    assert session_of(denoise="FINAL", caustic_radius=3.0).settings.caustic_radius == 3.0
