@@ -123,3 +123,84 @@ def test_projection(patch, projection):
         return texture(tree, image, ramp(tree, (-0.4, 0.1, 0.2), (1.5, 1.2, 0.9)), projection=projection).outputs[0]
 
     patch.compare(build, 5e-3, outliers=SIZE)  # around the poles the angle changes fast
+
+
+@pytest.mark.parametrize("blend", [0.0, 0.5, 1.0])
+def test_box_projection(patch, blend):
+    """On a ball: every side of the box, and every mix of two and three."""
+    image = make_image(patch.folder, "GENERATED FLOAT", alpha="NONE")
+    plane = patch.object.data
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=48, ring_count=24, radius=0.7)
+    ball = bpy.context.object
+    ball.data.materials.append(patch.material)
+    patch.object.hide_render = True
+    ball.rotation_euler = (0.4, 0.3, 0.8)
+
+    def build(tree):
+        place = out(tree.nodes.new("ShaderNodeTexCoord"), "Object")
+        return texture(tree, image, place, projection="BOX", projection_blend=blend).outputs[0]
+
+    # facets: neighbouring pixels differ by whole normals; without a blend sides jump, and the outline is an edge
+    patch.compare_engine(build, 2e-2, outliers=4 * SIZE)
+    bpy.data.objects.remove(ball)
+    patch.object.hide_render = False
+    assert patch.object.data == plane
+
+
+@pytest.mark.parametrize("projection", enum("ShaderNodeTexEnvironment", "projection"))
+@pytest.mark.parametrize("interpolation", ["Linear", "Closest", "Cubic"])
+def test_environment(patch, projection, interpolation):
+    image = make_image(patch.folder, "PNG", alpha="NONE")
+
+    def build(tree):
+        node = new(tree, "ShaderNodeTexEnvironment", image=image, projection=projection, interpolation=interpolation)
+        return feed(tree, node, Vector=ramp(tree, (-0.7, -0.9, -0.3), (0.8, 0.7, 0.6))).outputs[0]
+
+    patch.compare(build, 5e-3, outliers=SIZE)
+
+
+def save_tile(path, seed: int) -> None:
+    """A small PNG of random texels."""
+    texels = np.random.default_rng(seed).integers(0, 256, (5, 8, 3), np.uint8)
+    file = oiio.ImageOutput.create(str(path))
+    file.open(str(path), oiio.ImageSpec(8, 5, 3, "uint8"))
+    file.write_image(texels)
+    file.close()
+
+
+def test_tiles(patch):
+    """UDIM: three tiles, and magenta where there is none."""
+    for number in (1001, 1002, 1011):
+        save_tile(patch.folder / f"tiles.{number}.png", number)
+    image = bpy.data.images.load(str(patch.folder / "tiles.1001.png"))
+    image.source = "TILED"
+    image.filepath = str(patch.folder / "tiles.<UDIM>.png")
+    for number in (1002, 1011):
+        image.tiles.new(tile_number=number)
+
+    def build(tree):
+        return texture(tree, image, ramp(tree, (-0.31, -0.27, 0.0), (2.6, 2.3, 0.0)), extension="EXTEND").outputs[0]
+
+    patch.compare(build, 5e-3, outliers=2 * SIZE)  # edges of tiles
+
+
+@pytest.mark.parametrize("cyclic", [False, True])
+@pytest.mark.parametrize("frame", [1, 4, 9])
+def test_sequence(patch, frame, cyclic):
+    for number in range(10, 15):
+        save_tile(patch.folder / f"film_{number:04d}.png", number)
+    image = bpy.data.images.load(str(patch.folder / "film_0010.png"))
+    image.source = "SEQUENCE"
+    patch.scene.frame_set(frame)
+
+    def build(tree):
+        node = texture(tree, image, ramp(tree, (0.06, 0.1, 0.0), (0.96, 0.85, 0.0)))
+        user = node.image_user
+        user.frame_duration, user.frame_start, user.frame_offset, user.use_cyclic = 3, 2, 10, cyclic
+        user.use_auto_refresh = True
+        return node.outputs[0]
+
+    try:
+        patch.compare(build, 5e-3)
+    finally:
+        patch.scene.frame_set(1)

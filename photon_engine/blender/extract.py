@@ -56,6 +56,7 @@ class _Extraction:
         self.issues = issues
         self.keep = keep
         self.images = ImageTable(issues, keep)
+        self.images.frame = data.frame_number
         self._materials: dict[int, int] = {}  # address of the material -> index
         self._light_graphs: dict[int, Graph | None] = {}
         self._meshes: dict[int, int] = {}  # address of the mesh -> index into sources

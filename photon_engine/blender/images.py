@@ -12,15 +12,16 @@ from ..issues import IssueLog
 from ..scene.data import Image
 from ..shading.textures import linear_to_srgb, srgb_to_linear
 from .compat import ALPHA_BY_MODE
+from .image_files import FileImage, frame_number, sequence_path, tile_path
 
 MAGENTA = (1.0, 0.0, 1.0, 1.0)  # a missing file, as in Blender
 DATA_SPACES = {"Non-Color", "Raw", "Generic Data"}
 LINEAR_SPACES = {"Linear Rec.709", "Linear", "scene_linear"}
 SRGB_SPACES = {"sRGB", "sRGB - Display"}
 SOURCES = {
-    "SEQUENCE": "an image sequence: the frame that Blender has loaded is used",
+    "SEQUENCE": "a packed image sequence: the frame that Blender has loaded is used",
     "MOVIE": "a movie: the frame that Blender has loaded is used",
-    "TILED": "a tiled (UDIM) image: its first tile is used everywhere",
+    "TILED": "a packed tiled (UDIM) image: its first tile is used everywhere",
 }
 
 
@@ -31,17 +32,40 @@ class ImageTable:
         """Start with no image; problems go to `issues`. keep : a keep.Keep that may know images already."""
         self.issues = issues
         self.keep = keep
+        self.frame: int | None = None  # of the scene; None: Blender's current one
         self.images: list[Image] = []
         self._index: dict[int, int] = {}
 
-    def index(self, image: Any) -> int:
-        """Place of a bpy image in `images`; it is read at the first call."""
-        key = image.as_pointer()
+    def index(self, image: Any, user: Any = None) -> int:
+        """Place of a bpy image in `images`; it is read at the first call. user : the node's ImageUser."""
+        number = 0
+        if image.source == "SEQUENCE" and user is not None and image.packed_file is None:
+            number = frame_number(user, bpy.context.scene.frame_current if self.frame is None else self.frame)
+        key = image.as_pointer(), number
         if key not in self._index:
             self._index[key] = len(self.images)
-            kept = None if self.keep is None else self.keep.image(image, read_image, self.issues)
-            self.images.append(read_image(image, self.issues) if kept is None else kept)
+            self.images.append(Image(image.name))
+            self.images[self._index[key]] = self._read(image, number)
         return self._index[key]
+
+    def _read(self, image: Any, number: int) -> Image:
+        """A still, a sequence's file of that number, or all tiles."""
+        if image.source == "TILED" and image.packed_file is None:
+            return self._tiles(image)
+        if number:
+            path = sequence_path(image.filepath, number)
+            return read_image(FileImage(image, path, f"({Path(path).name})"), self.issues)
+        kept = None if self.keep is None else self.keep.image(image, read_image, self.issues)
+        return read_image(image, self.issues) if kept is None else kept
+
+    def _tiles(self, image: Any) -> Image:
+        """An image without pixels whose tiles are images of their own."""
+        tiles = {}
+        for tile in image.tiles:
+            tiles[tile.number] = len(self.images)
+            file = FileImage(image, tile_path(image.filepath_raw or image.filepath, tile.number), f"({tile.number})")
+            self.images.append(read_image(file, self.issues))
+        return Image(image.name, None, image.colorspace_settings.name, image.alpha_mode, tiles=tiles)
 
 
 def read_image(image: Any, issues: IssueLog) -> Image:

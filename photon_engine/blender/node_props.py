@@ -8,7 +8,6 @@ import bpy
 import numpy as np
 from mathutils import Euler
 
-from ..issues import IssueLog
 from .compat import VORONOI_WORD_HASH
 from .images import ImageTable
 
@@ -45,7 +44,7 @@ def coerce(value: Any, kind: str, target: str) -> Any:
     return value
 
 
-def node_props(node: Any, images: ImageTable, issues: IssueLog, where: str) -> dict[str, Any]:
+def node_props(node: Any, images: ImageTable) -> dict[str, Any]:
     """All simple settings of a node by name; ramps and curves sampled, images as indices."""
     props: dict[str, Any] = {}
     for item in node.bl_rna.properties:
@@ -56,7 +55,7 @@ def node_props(node: Any, images: ImageTable, issues: IssueLog, where: str) -> d
             value = getattr(node, name)
             props[name] = [float(c) for c in value] if getattr(item, "is_array", False) else value
         elif item.type == "POINTER":
-            _pointer(props, name, getattr(node, name), images, issues, where)
+            _pointer(props, name, node, images)
     if node.bl_idname == "ShaderNodeTexVoronoi":
         props["word_hash"] = VORONOI_WORD_HASH
     if node.bl_idname in ("ShaderNodeValue", "ShaderNodeRGB", "ShaderNodeNormal"):
@@ -65,12 +64,13 @@ def node_props(node: Any, images: ImageTable, issues: IssueLog, where: str) -> d
     return props
 
 
-def _pointer(props: dict, name: str, value: Any, images: ImageTable, issues: IssueLog, where: str) -> None:
+def _pointer(props: dict, name: str, owner: Any, images: ImageTable) -> None:
     """Settings that are data of their own: image, colour ramp, curves, another object, texture mapping."""
+    value = getattr(owner, name)
     if value is None:
         return
     if isinstance(value, bpy.types.Image):
-        props[name] = images.index(value)
+        props[name] = images.index(value, getattr(owner, "image_user", None))
     elif isinstance(value, bpy.types.ColorRamp):
         props[name] = ramp_data(value)
     elif isinstance(value, bpy.types.CurveMapping):

@@ -171,7 +171,7 @@ def _close(builder: Builder, parent: _Frame, frame: _Frame) -> None:
     node = origin.node
     outputs = {s.identifier: s.type for s in node.outputs if not s.is_unavailable}
     name = "/".join((*origin.scope.path, node.name))
-    props = node_props(node, builder.images, builder.issues, f"{builder.owner} > {name}")
+    props = node_props(node, builder.images)
     builder.graph.nodes.append(Node(node.bl_idname, name, props, dict(frame.sockets), outputs))
     builder.done[frame.key] = len(builder.graph.nodes) - 1
     builder.open.discard(frame.key)

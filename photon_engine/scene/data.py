@@ -103,6 +103,7 @@ class Image:
     colorspace: str = "sRGB"  # Blender's name of the space the file was in
     alpha_mode: str = "STRAIGHT"  # pixels here are as Cycles sees them: premultiplied unless CHANNEL_PACKED/NONE
     encoded: bool = False  # the sRGB curve is still on: lookups interpolate first and decode afterwards, as Cycles does
+    tiles: dict[int, int] = field(default_factory=dict)  # UDIM: tile number -> index into SceneData.images
 
 
 @dataclass

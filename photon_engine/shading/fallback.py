@@ -22,7 +22,6 @@ UNSUPPORTED_OUTPUTS = {
 }
 # type -> setting -> (unsupported values, what is done instead)
 UNSUPPORTED_SETTINGS = {
-    "ShaderNodeTexImage": {"projection": ({"BOX"}, "the flat projection is used")},
     "ShaderNodeBsdfGlossy": {"distribution": ({"BECKMANN", "ASHIKHMIN_SHIRLEY"}, "GGX is used")},
     "ShaderNodeBsdfAnisotropic": {"distribution": ({"BECKMANN", "ASHIKHMIN_SHIRLEY"}, "GGX is used")},
     "ShaderNodeBsdfGlass": {"distribution": ({"BECKMANN"}, "GGX is used")},

@@ -117,6 +117,7 @@ def sky_points(d: np.ndarray, is_camera: bool = False) -> ShadePoints:
         p=d, ng=-d, ns=-d, wo=-d, backfacing=np.zeros(n, bool), uvs=_Everywhere(np.zeros((n, 2), np.float32)),
         generated=d, object=d, normal_local=-d, parametric=np.zeros((n, 2), np.float32), is_camera=is_camera,
         instance=np.zeros(n, np.int32), objects=objects, camera=np.eye(4, dtype=np.float32),
+        island_random=np.zeros(n, np.float32), window=(-1.0, 1.0, -1.0, 1.0, 1.0),
         tangents=_Everywhere(np.zeros((n, 4), np.float32)), attributes=_Everywhere(np.zeros((n, 4), np.float32)),
     )  # fmt: skip
 
