@@ -11,23 +11,26 @@ import dataclasses
 import json
 import logging
 import sys
+import time
 import traceback
 from pathlib import Path
 from typing import NamedTuple
 
 from .driver.checks import check_scene
 from .driver.console import Console, ConsoleHandler, interruptible
-from .driver.listener import clock
-from .driver.log import issue_records, run_record, write_json
+from .driver.listener import clock, percent
+from .driver.log import evidence, issue_records, run_record, write_json
 from .driver.session import Session
+from .driver.watch import measured
 from .film.accumulate import Film
 from .film.darkroom import Darkroom, never
 from .film.output import OutputError, check_writable
-from .film.passes import ALL_NAMES, BY_NAME, PASSES, USUAL, in_full_frame
+from .film.passes import ALL_NAMES, BY_NAME, ERROR_MAPS, PASSES, in_full_frame
 from .issues import IssueLog, RenderError, StopReason, log
 from .scene.data import Frame, SceneData
 from .settings import FIELDS, Settings, parse_value
 
+LIMITS = ("passes", "seconds", "error")
 OK, UNEXPECTED, USAGE, BAD_INPUT, BAD_OUTPUT, CANCELLED = 0, 1, 2, 3, 4, 130
 
 
@@ -93,6 +96,10 @@ def parser() -> argparse.ArgumentParser:
     render.add_argument("--no-sheet", action="store_true", help="do not write the PNG sheet OUT.png")
     render.add_argument("--passes", metavar="N", help="stop after N passes")
     render.add_argument("--seconds", metavar="S", help="stop after S seconds (both: whichever is first)")
+    render.add_argument("--error", metavar="E", help="stop when the error is below this: 0.01 is 1%% of the brightness")
+    render.add_argument("--error-pass", metavar="NAME", help="of this pass (default: Combined)")
+    render.add_argument("--error-share", metavar="P", help="of this part of the pixels (default: 0.95)")
+    render.add_argument("--maps", action="store_true", help="also write the passes Noise and Bias, the errors by pixel")
     render.add_argument("--seed", metavar="K", help="another seed, another noise")
     render.add_argument("--threads", metavar="N", help="worker threads, 0: one for each core")
     render.add_argument("--first", type=int, default=0, metavar="I", help="number of the first pass, to merge later")
@@ -166,7 +173,7 @@ def _outputs(text: str) -> frozenset[str]:
 def flag_settings(arguments: argparse.Namespace) -> dict:
     """Settings given as flags: name -> value; a UsageError names the wrong one.
 
-    One of --passes and --seconds lifts the other's limit that a file may hold.
+    One of --passes, --seconds and --error lifts the others' limits that a file may hold.
     """
     texts = {}
     for pair in arguments.set:
@@ -174,11 +181,11 @@ def flag_settings(arguments: argparse.Namespace) -> dict:
         if not equals:
             raise UsageError(f"--set {pair}: there is no '=' (write --set NAME=VALUE)")
         texts[name.strip()] = value.strip()
-    for name in ("passes", "seconds", "seed", "threads"):
+    for name in ("passes", "seconds", "error", "error_pass", "error_share", "seed", "threads"):
         if getattr(arguments, name, None) is not None:
             texts[name] = getattr(arguments, name)
-    if ("passes" in texts) != ("seconds" in texts):
-        texts["seconds" if "passes" in texts else "passes"] = "0"
+    if any(name in texts for name in LIMITS):
+        texts = dict.fromkeys(LIMITS, "0") | texts
     try:
         values = {name: parse_value(name, text) for name, text in texts.items()}
         Settings(**values)
@@ -229,11 +236,15 @@ def run_render(arguments: argparse.Namespace, console: Console) -> int:
             check_writable(path)
     issues = IssueLog()
     film = Film.load(arguments.resume) if arguments.resume else None
+    begin = time.perf_counter()
     loaded = load(arguments, issues)
+    reading = time.perf_counter() - begin
     settings = Settings(**{**loaded.settings, **flags})
     if film:
         film.seed = settings.seed
-    session = Session(loaded.scene, settings, issues, outputs=arguments.only)
+    outputs = arguments.only | ERROR_MAPS if arguments.maps else arguments.only
+    session = Session(loaded.scene, settings, issues, outputs=outputs)
+    session.stages["Reading the scene"] = reading
     with interruptible(console):
         try:
             stop = session.render(console, film, arguments.first)
@@ -241,7 +252,9 @@ def run_render(arguments: argparse.Namespace, console: Console) -> int:
             _save(session, loaded, output, sheet, arguments)
     if not session.film.count:
         raise KeyboardInterrupt
-    console.say(f"{output}: {session.film.count} passes in {clock(session.film.meta['seconds'])}, {stop.value}")
+    error = session.watch.error
+    within = f", {settings.error_share:.0%} of pixels within {percent(error)}" if error is not None else ""
+    console.say(f"{output}: {session.film.count} passes in {clock(session.film.meta['seconds'])}{within}, {stop.value}")
     return CANCELLED if stop is StopReason.CANCELLED else OK
 
 
@@ -250,11 +263,14 @@ def _save(session: Session, loaded: Loaded, output: Path, sheet: Path | None, ar
     film = session.film
     if film and film.count:
         film.meta |= {"frame": dataclasses.asdict(loaded.scene.frame), "layer": loaded.layer}
+        film.meta |= evidence(session)
+        begin = time.perf_counter()
         if arguments.state:
             film.save(arguments.state)
         session.darkroom.cancelled = never  # Ctrl-C ends the passes; the picture is finished
         _write_pictures(session.darkroom, output, sheet)
         session.stages["Denoising"] = session.darkroom.seconds
+        session.stages["Writing"] = time.perf_counter() - begin - session.darkroom.seconds
     if arguments.log and film:
         write_json(arguments.log, run_record(session))
 
@@ -266,9 +282,11 @@ def _write_pictures(darkroom: Darkroom, output: Path, sheet: Path | None) -> Non
     film = darkroom.film
     frame = Frame(**film.meta["frame"])
     wanted = film.meta.get("outputs", ALL_NAMES)
-    names = [item.name for item in (USUAL if darkroom.denoise == "OFF" else PASSES) if item.name in wanted]
+    usual = ERROR_MAPS if darkroom.denoise == "OFF" else frozenset(BY_NAME)
+    names = [item.name for item in PASSES if item.name in wanted and (item.usual or item.name in usual)]
     pictures = {name: in_full_frame(picture, frame) for name, picture in darkroom.pictures(names).items()}
     meta = {name: film.meta[name] for name in ("scene", "settings", "seconds")}
+    meta |= {name: film.meta[name] for name in ("stop", "radii", "error_curve", "machine") if name in film.meta}
     meta |= {"passes": film.count, "seed": film.seed, "blocks": film.blocks}
     if darkroom.version:
         meta["denoiser"] = f"Open Image Denoise {darkroom.version}"
@@ -286,6 +304,7 @@ def run_merge(arguments: argparse.Namespace, console: Console) -> int:
     film = Film.load(arguments.films[0])
     for path in arguments.films[1:]:
         film.merge(Film.load(path))
+    film.meta |= {"error_curve": [measured(film, film.meta.get("seconds", 0.0)).record()], "stop": "merged"}
     if output.suffix.lower() == ".npz":
         film.save(output)
     else:

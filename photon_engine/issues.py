@@ -22,6 +22,7 @@ class StopReason(enum.StrEnum):
 
     PASSES = "the requested passes are done"
     SECONDS = "the time budget is spent"
+    ERROR = "the error is below its target"
     CANCELLED = "cancelled by the user"
 
 

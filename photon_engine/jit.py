@@ -10,6 +10,7 @@ import ast
 import hashlib
 import os
 import sys
+import time
 from functools import cache
 from pathlib import Path
 
@@ -27,15 +28,20 @@ class _Watch(numba_event.Listener):
     def __init__(self) -> None:
         self.running = 0
         self.done = 0
+        self.seconds = 0.0
 
     def on_start(self, event: numba_event.Event) -> None:
         """A function's compilation begins."""
+        if not self.running:
+            self._begin = time.perf_counter()
         self.running += 1
 
     def on_end(self, event: numba_event.Event) -> None:
         """It ends."""
         self.running -= 1
         self.done += 1
+        if not self.running:
+            self.seconds += time.perf_counter() - self._begin
 
 
 _watch = _Watch()
@@ -50,6 +56,11 @@ def is_compiling() -> bool:
 def compiled_functions() -> int:
     """How many functions this process has compiled so far."""
     return _watch.done
+
+
+def compile_seconds() -> float:
+    """Time that this process has spent with compiling kernels so far."""
+    return _watch.seconds
 
 
 def cache_root() -> Path:

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from .film.passes import ALL_NAMES, LIGHT_NAMES, NOISY
+from .film.passes import ALL_NAMES, ERROR_MAPS, LIGHT_NAMES, NOISY
 from .scene.data import SceneData
 from .settings import Settings
 from .survey import Survey, survey
@@ -123,7 +123,7 @@ def make_plan(
     known : what was found out about the scene, if that was done already; it costs a compilation of the materials.
     """
     facts = survey(scene, settings.specular_threshold) if known is None else known
-    outputs = frozenset(name.removeprefix(NOISY) for name in outputs)
+    outputs = frozenset("Combined" if name in ERROR_MAPS else name.removeprefix(NOISY) for name in outputs)
     rule = Rule(settings.plan, outputs)
     maps = _maps(rule, facts, settings)
     gathers = _gathers(rule, facts, settings, maps["diffuse_map"])

@@ -27,6 +27,31 @@ class Settings:
     seconds: float = setting(
         0.0, "Seconds", "Stop after this much time; 0 means no limit", min=0.0, max=1e6, unit="TIME", group="Budget"
     )
+    error: float = setting(
+        0.0,
+        "Error",
+        "Stop when noise and bias are below this part of the picture's brightness, 0.01 is 1%; 0 means no limit",
+        min=0.0,
+        max=1.0,
+        group="Budget",
+    )
+    error_share: float = setting(
+        0.95, "Of Pixels", "Part of the pixels that the error is asked of", min=0.01, max=1.0, group="Budget"
+    )
+    error_pass: str = setting(
+        "COMBINED",
+        "In Pass",
+        "The picture that the error is asked of",
+        items=(
+            ("COMBINED", "Combined", "The whole picture"),
+            ("DIRECT", "Direct", "Light that comes straight from a source"),
+            ("CAUSTIC", "Caustic", "Light focused by glass and metal"),
+            ("DIFFUSE", "Diffuse", "Light that went between rough surfaces first"),
+            ("EMISSION", "Emission", "Sources seen by the camera"),
+            ("ENVIRONMENT", "Environment", "The world"),
+        ),
+        group="Budget",
+    )
     caustic_photons: int = setting(
         100_000,
         "Caustic Photons",

@@ -73,7 +73,7 @@ class PhotonMapEngine(bpy.types.RenderEngine):
             scene = extract_scene(depsgraph, issues, keep=keep)
             outputs = frozenset({"Combined"}) if self.is_preview else wanted_outputs(depsgraph.view_layer)
             session = Session(scene, self._settings(depsgraph), issues, outputs=outputs, kept=keep.geometry)
-            film = session.new_film(moments=False)
+            film = session.new_film()
             endless = not (bpy.app.background or self.is_animation or self.is_preview)
             try:
                 stop = session.render(listener, film, endless=endless)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import statistics
 import sys
 from typing import NamedTuple
@@ -19,12 +20,16 @@ class Progress(NamedTuple):
     fraction: float  # done of the budget, in [0, 1]
     memory: float  # of the process now [MB]
     memory_peak: float  # [MB]
+    error: float | None = None  # relative, of the picture and share of pixels in the settings; None: not known yet
+    target: float = 0.0  # of the error; 0: none
 
     def __str__(self) -> str:
         """One line for people."""
         total = f"/{self.passes_total}" if self.passes_total else ""
         left = f" | Left {clock(self.seconds_left)}" if self.seconds_left is not None else ""
-        return f"Pass {self.passes}{total} | Time {clock(self.seconds)}{left} | Mem {self.memory:.0f}M"
+        error = f" | Error {percent(self.error)}" if self.error is not None else ""
+        target = f" > {percent(self.target)}" if error and self.target else ""
+        return f"Pass {self.passes}{total} | Time {clock(self.seconds)}{left}{error}{target} | Mem {self.memory:.0f}M"
 
 
 class Listener:
@@ -45,6 +50,12 @@ class Listener:
 
         darkroom : film.darkroom.Darkroom, which makes pictures of the film when asked
         """
+
+
+def percent(part: float) -> str:
+    """A part of one as 0.25%, 3.1% or 120%: two digits that count."""
+    digits = max(0, 1 - math.floor(math.log10(max(100.0 * part, 1e-3))))
+    return f"{100.0 * part:.{digits}f}%"
 
 
 def clock(seconds: float) -> str:

@@ -53,7 +53,6 @@ def run_record(session: Any) -> dict[str, Any]:
         "seed": session.settings.seed,
         "passes": film.count if film else 0,
         "blocks": film.blocks if film else [],
-        "stop": session.stop.value if session.stop else "an error",
         "seconds": sum(session.durations),
         "pass_seconds": session.durations,
         "stage_seconds": session.stages,
@@ -62,6 +61,19 @@ def run_record(session: Any) -> dict[str, Any]:
         "plan": [line._asdict() for line in session.plan.lines()] if session.plan else [],
         "memory_peak_mb": memory()[1],
         "issues": issue_records(session.issues),
+        **evidence(session),
+    }
+
+
+def evidence(session: Any) -> dict[str, Any]:
+    """What a picture says of itself: why it was finished, with which radii, how wrong it still is, on what it was made.
+
+    radii : by map, of each pass: its number, the radius in pixels, and at most how many metres
+    """
+    return {
+        "stop": session.stop.value if session.stop else "an error",
+        "radii": session.statistics.get("radii", {}),
+        "error_curve": [mark.record() for mark in session.watch.curve],
         "machine": machine(),
     }
 

@@ -8,17 +8,19 @@ from typing import Any
 
 from ..film.accumulate import Film
 from ..film.darkroom import Darkroom
+from ..film.error import MOST_MEASURED
 from ..film.halves import Halves
-from ..film.passes import ALL_NAMES
+from ..film.passes import ALL_NAMES, ERROR_MAPS
 from ..issues import IssueLog, RenderError, StopReason
 from ..scene.data import SceneData
 from ..settings import Settings
 from .checks import check_scene
 from .listener import Listener, Progress, memory, seconds_left
+from .watch import ErrorWatch
 from .worker import Abandoned, Worker
 
 # settings that say how long and how fast, not what: films that differ in these can be merged
-NOT_PICTURE = ("passes", "seconds", "seed", "threads", "plan", "denoise")
+NOT_PICTURE = ("passes", "seconds", "error", "error_share", "error_pass", "seed", "threads", "plan", "denoise")
 
 
 def default_renderer(scene: SceneData, settings: Settings, issues: IssueLog, outputs: frozenset[str], kept: Any) -> Any:
@@ -36,7 +38,7 @@ class Session:
     """Renders a scene into a film.
 
     After `render`: `film`, `stop`, `durations` (seconds of each pass), `stages` (seconds by name), `statistics`,
-    `plan`. An exception leaves `film` with all passes that were finished.
+    `plan`, `watch` (the curve of the error). An exception leaves `film` with all passes that were finished.
     """
 
     def __init__(
@@ -66,12 +68,14 @@ class Session:
         self.durations: list[float] = []
         self.stages: dict[str, float] = {}
         self.statistics: dict[str, Any] = {}
+        self.watch = ErrorWatch(settings)
         self.plan: Any = None  # the renderer's plan.Plan
 
-    def new_film(self, moments: bool = True) -> Film:
-        """An empty film of this scene and these settings."""
+    def new_film(self) -> Film:
+        """An empty film of this scene and these settings; with each pixel's variance if a map of it is asked for."""
         frame = self.scene.frame
-        film = Film(frame.y1 - frame.y0, frame.x1 - frame.x0, self.settings.seed, frame.exposure, moments)
+        most = None if self.outputs & ERROR_MAPS else MOST_MEASURED
+        film = Film(frame.y1 - frame.y0, frame.x1 - frame.x0, self.settings.seed, frame.exposure, most)
         picture_settings = {k: v for k, v in self.settings.to_dict().items() if k not in NOT_PICTURE}
         film.meta = {
             "scene": f"{self.scene.name}, frame {self.scene.frame_number}, {self.scene.camera.name}",
@@ -90,18 +94,22 @@ class Session:
         endless : whether a budget without limits is allowed (someone watches and can cancel)
         The time budget counts passes only, not preparation; at least one pass is rendered.
         """
-        if not (self.settings.passes or self.settings.seconds or endless):
-            raise RenderError("Budget", "neither passes nor seconds limit the render", "set one of them above 0")
+        if not (self.settings.passes or self.settings.seconds or self.settings.error or endless):
+            unlimited = "neither passes nor seconds nor an error limit the render"
+            raise RenderError("Budget", unlimited, "set one of them above 0")
         check_scene(self.scene, self.issues)
         listener = listener or Listener()
         fresh = self.new_film() if film is None else film
         if film is not None:
-            fresh._check_meta(self.new_film(moments=False))
+            fresh._check_meta(self.new_film())
+            if self.outputs & ERROR_MAPS and film.rows is not None:
+                raise RenderError("Noise, Bias", "the saved film lacks most of the variance", "start with --maps")
         self.film = fresh
         self.darkroom = Darkroom(fresh, self.settings.denoise, self.settings.threads, self.issues, listener.cancelled)
         self._halves = Halves(fresh.height, fresh.width, fresh.exposure) if self.settings.denoise != "OFF" else None
         self._render(Worker(listener), max(first, self.film.next_pass))
         if self.film.count:
+            self._measure(last=True)
             self.finish(listener)
         return self.stop
 
@@ -149,6 +157,7 @@ class Session:
                 raise
             self.durations.append(time.perf_counter() - begin)
             self.film.meta["seconds"] += self.durations[-1]
+            self._measure(last=False)
             stop = StopReason.CANCELLED if listener.cancelled() else self._spent()
             self._measure_denoised()
             listener.progress(self.progress())
@@ -170,6 +179,13 @@ class Session:
         listener.picture(self.darkroom, final=True)
         if self.darkroom.seconds:
             self.stages["Denoising"] = self.darkroom.seconds
+
+    def _measure(self, last: bool) -> None:
+        """Measure the error, if it is time to."""
+        begin = time.perf_counter()
+        look = self.watch.measure_all if last else self.watch.measure
+        look(self.film, self.film.meta["seconds"])
+        self.stages["Measuring the error"] = self.stages.get("Measuring the error", 0.0) + time.perf_counter() - begin
 
     def _prepare(self, renderer: Any, worker: Worker) -> None:
         """Let the renderer build what it needs, timing each stage it names."""
@@ -198,14 +214,19 @@ class Session:
             return StopReason.PASSES
         if self.settings.seconds and sum(self.durations) >= self.settings.seconds:
             return StopReason.SECONDS
+        if self.watch.met():
+            return StopReason.ERROR
         return None
 
     def progress(self) -> Progress:
         """Where the render is now."""
         total, limit = self.settings.passes, self.settings.seconds
         done, elapsed = len(self.durations), sum(self.durations)
-        left = seconds_left(self.durations, total, limit)
+        spent = self.film.meta["seconds"]
+        lefts = [seconds_left(self.durations, total, limit), self.watch.seconds_left(spent)]
+        left = min((left for left in lefts if left is not None), default=None)
         fractions = [done / total] if total else []
         fractions += [elapsed / limit] if limit else []
-        fraction = min(max(fractions, default=0.0), 1.0)
-        return Progress(done, total, elapsed, left, fraction, *memory())
+        fractions += [self.watch.fraction(spent) or 0.0]
+        fraction = 1.0 if self.watch.met() else min(max(fractions), 1.0)
+        return Progress(done, total, elapsed, left, fraction, *memory(), self.watch.error, self.settings.error)

@@ -16,28 +16,36 @@ import numpy as np
 
 from ..issues import RenderError
 from .output import OutputError, check_writable
-from .passes import BACKGROUND_DEPTH, BIASES, BY_NAME, LIGHT_NAMES, MEASURED, NOISY, RAW
+from .passes import BACKGROUND_DEPTH, BIASES, BY_NAME, ERROR_MAPS, LIGHT_NAMES, MEASURED, NOISY, RAW
 
-FORMAT = 2
+FORMAT = 3
+STRIP = 16  # [px] rows that are measured together: more than any neighbourhood in film/error.py
+NOT_SUMMED = ("Depth", *BIASES.values())
 
 
 class Film:
     """Sums over passes of one picture, bottom row first.
 
     height, width : of the pictures [px];  seed : of the passes added;  exposure : multiplies light when read, not
-    in the sums;  moments : keep what error bars need: estimates of the bias, and sums of squares (doubles the memory).
+    in the sums;  most_measured : keep what error bars need (estimates of the bias, sums of squares: more than the
+    pictures themselves) of strips of rows with at most this many pixels in all. None: of all, 0: of none.
     """
 
-    def __init__(self, height: int, width: int, seed: int = 0, exposure: float = 1.0, moments: bool = True) -> None:
+    def __init__(
+        self, height: int, width: int, seed: int = 0, exposure: float = 1.0, most_measured: int | None = None
+    ) -> None:
         self.height = height
         self.width = width
         self.seed = seed
         self.exposure = exposure
-        self.moments = moments
+        self.most_measured = most_measured
+        self.rows = measured_rows(height, width, most_measured)  # None: all
         self.blocks: list[tuple[int, int, int]] = []  # (seed, first pass, end) of what is in, sorted, disjoint
-        left_out = {"Depth"} if moments else {"Depth", *BIASES.values()}
-        self.sums = {name: np.zeros((height, width, c)) for name, c in RAW.items() if name not in left_out}
-        self.squares = {name: np.zeros((height, width, 3)) for name in MEASURED} if moments else {}
+        self.sums = {name: np.zeros((height, width, c)) for name, c in RAW.items() if name not in NOT_SUMMED}
+        rows = height if self.rows is None else len(self.rows)
+        if rows:
+            self.sums |= {name: np.zeros((rows, width, 3)) for name in BIASES.values()}
+        self.squares = {name: np.zeros((rows, width, 3)) for name in MEASURED} if rows else {}
         self.depth = np.full((height, width, 1), np.float32(BACKGROUND_DEPTH))
         self.depth_block = (2**63, 2**63)  # (pass, seed) that the depth is of: the lowest wins, whatever the order
         self.meta: dict = {}  # what rendered it (settings, scene name), saved along
@@ -62,12 +70,13 @@ class Film:
         blocks = _united([*self.blocks, (self.seed, index, index + 1)])
         for name, channels in RAW.items():
             self._check(name, channels, image[name])
+        rows = slice(None) if self.rows is None else self.rows
         for name, total in self.sums.items():
-            total += image[name]
+            total += image[name][rows] if name in BIASES.values() else image[name]
         for name, square in self.squares.items():
-            value = image[MEASURED[name][0]].astype(np.float64)
+            value = image[MEASURED[name][0]][rows].astype(np.float64)
             for part in MEASURED[name][1:]:
-                value += image[part]
+                value += image[part][rows]
             square += value * value
         if (index, self.seed) < self.depth_block:
             self.depth_block = (index, self.seed)
@@ -90,8 +99,8 @@ class Film:
             raise RenderError("merge", "the films differ in size or exposure", "render both with the same settings")
         self._check_meta(other)
         blocks = _united([*self.blocks, *other.blocks])
-        if self.moments and other.count and not other.moments:
-            raise RenderError("merge", "one film has no variance", "save it again from a render with variance")
+        if self.most_measured != other.most_measured:
+            raise RenderError("merge", "error bars are kept of different pixels", "save both with the same --maps")
         for name, total in self.sums.items():
             total += other.sums[name]
         for name, total in self.squares.items():
@@ -117,6 +126,10 @@ class Film:
         name = name.removeprefix(NOISY)
         if name == "Depth":
             return self.depth
+        if name in ERROR_MAPS:
+            from .error import error_map
+
+            return getattr(error_map(self, "Combined"), name.lower()).astype(np.float32)
         n = max(self.count, 1)
         if name == "Combined":
             rgb = sum(self.sums[light] for light in LIGHT_NAMES) * (self.exposure / n)
@@ -134,6 +147,8 @@ class Film:
         The squared standard error of the mean is this over `count`. NaN with fewer than two passes: not known.
         """
         n = self.count
+        if self.rows is not None:
+            raise ValueError("only some rows have a variance: ask film.measured()")
         if n < 2:
             return np.full((self.height, self.width, 3), np.nan)
         total = self._total(name)
@@ -144,11 +159,25 @@ class Film:
         """The sum over passes of one of passes.MEASURED."""
         return sum(self.sums[part] for part in MEASURED[name])
 
+    def measured(self) -> Film:
+        """The film's measured rows as a film of their own, for figures; this one where all are.
+
+        Neighbours in the result are neighbours in the picture within strips of STRIP rows.
+        """
+        if self.rows is None:
+            return self
+        part = Film(0, self.width, self.seed, self.exposure)
+        part.height, part.blocks, part.squares = len(self.rows), self.blocks, self.squares
+        for name, total in self.sums.items():
+            part.sums[name] = total if name in BIASES.values() else total[self.rows]
+        return part
+
     def save(self, path: str | Path) -> None:
         """Write the sums, so that the render can go on or be merged."""
         head = {
             "format": FORMAT, "height": self.height, "width": self.width, "seed": self.seed, "exposure": self.exposure,
-            "moments": self.moments, "blocks": self.blocks, "depth_block": self.depth_block, "meta": self.meta,
+            "most_measured": self.most_measured, "blocks": self.blocks, "depth_block": self.depth_block,
+            "meta": self.meta,
         }  # fmt: skip
         arrays = {f"sum.{name}": a for name, a in self.sums.items()}
         arrays |= {f"square.{name}": a for name, a in self.squares.items()}
@@ -168,7 +197,7 @@ class Film:
         try:
             with np.load(path, allow_pickle=False) as file:
                 head = json.loads(str(file["head"]))
-                film = cls(head["height"], head["width"], head["seed"], head["exposure"], head["moments"])
+                film = cls(head["height"], head["width"], head["seed"], head["exposure"], head["most_measured"])
                 film.blocks = [tuple(block) for block in head["blocks"]]
                 film.depth_block, film.meta, film.depth = tuple(head["depth_block"]), head["meta"], file["depth"]
                 film.sums = {name: file[f"sum.{name}"] for name in film.sums}
@@ -178,6 +207,17 @@ class Film:
         except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
             raise RenderError(str(path), "is not a saved film", "give a file written with --state") from error
         return film
+
+
+def measured_rows(height: int, width: int, most: int | None) -> np.ndarray | None:
+    """Indices of the rows whose moments are kept, in strips spread over the picture; None where all are."""
+    if most is None or height * width <= most:
+        return None
+    if not most:
+        return np.zeros(0, np.intp)
+    every = -(-height * width // most)
+    first = min(every, -(-height // STRIP)) // 2  # a flat picture may have fewer strips than that
+    return np.flatnonzero(np.arange(height) // STRIP % every == first)
 
 
 def _united(blocks: list[tuple[int, int, int]]) -> list[tuple[int, int, int]]:

@@ -45,10 +45,15 @@ NOISY_PASSES = tuple(
     item._replace(name=NOISY + item.name, text=f"{item.name} before denoising", usual=False)
     for item in (COMBINED, *LIGHT_PASSES)
 )
-PASSES = (COMBINED, *LIGHT_PASSES, *GUIDE_PASSES, *DENOISING_PASSES, *NOISY_PASSES)
+ERROR_PASSES = (
+    RenderPass("Noise", 3, "RGB", "COLOR", False, "Standard error of Combined, in units of light", False),
+    RenderPass("Bias", 3, "RGB", "COLOR", False, "How much light in Combined the radius smears, about", False),
+)
+PASSES = (COMBINED, *LIGHT_PASSES, *GUIDE_PASSES, *DENOISING_PASSES, *ERROR_PASSES, *NOISY_PASSES)
 USUAL = tuple(item for item in PASSES if item.usual)
 BY_NAME = {item.name: item for item in PASSES}
-ALL_NAMES = frozenset(BY_NAME)
+ERROR_MAPS = frozenset(item.name for item in ERROR_PASSES)  # made when asked for: they need the variance of each pixel
+ALL_NAMES = frozenset(BY_NAME) - ERROR_MAPS
 LIGHT_NAMES = tuple(item.name for item in LIGHT_PASSES)
 GUIDE_NAMES = tuple(item.name for item in GUIDE_PASSES)
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..photons.batch import head
 from ..photons.map import PhotonMap
+from .clock import Clock
 from .direct_kernels import (
     add_unoccluded,
     attenuate_shadows,
@@ -47,6 +48,7 @@ class EyeRun(NamedTuple):
     lobe_rays: bool  # whether rays from the lobes can meet a light or gather
     gather_all: bool  # final gather at every visible point
     gather_narrow: bool  # final gather for narrow lobes
+    clock: Clock  # told where the time goes: eye, direct, gather
 
 
 def render_tiles(
@@ -74,13 +76,14 @@ def _render_tile(scene: RenderScene, run: EyeRun, maps: Maps, picture: Tile, can
     for bounce in range(run.max_bounces):
         if cancelled():
             break
-        surfaces = scene.surfaces(paths.o, paths.d, paths.t_max, is_camera=bounce == 0)
-        rays += len(paths.key)
-        if scene.absorbs:
-            scene.absorb(paths.inside, surfaces, paths.beta)
-        points = empty_points(len(paths.key), scene.absorbs)
-        paths = paths._replace(sky=scene.sky_seen(surfaces, paths.d, bounce == 0))
-        n, ended = eye_step(scene.laws, scene.rules, scene.seen_lights, surfaces, paths, bounce, points, tile)
+        with run.clock("eye"):
+            surfaces = scene.surfaces(paths.o, paths.d, paths.t_max, is_camera=bounce == 0)
+            rays += len(paths.key)
+            if scene.absorbs:
+                scene.absorb(paths.inside, surfaces, paths.beta)
+            points = empty_points(len(paths.key), scene.absorbs)
+            paths = paths._replace(sky=scene.sky_seen(surfaces, paths.d, bounce == 0))
+            n, ended = eye_step(scene.laws, scene.rules, scene.seen_lights, surfaces, paths, bounce, points, tile)
         if ended:
             rays += _light_points(scene, run, maps, surfaces, head(points, ended), tile)
         paths = head(paths, n)
@@ -94,17 +97,20 @@ def _light_points(
 ) -> int:
     """Direct, caustic and diffuse light at visible points."""
     rays = 0
-    for j in range(run.light_samples):
-        rays += _shadow_rays(scene, run, surfaces, points, j, tile)
-    if maps.caustic is not None:
-        gather(scene.laws, surfaces, points, maps.caustic, maps.caustic_radius, 0, tile.caustic, tile.caustic_bias)
-    if maps.diffuse is not None and not run.gather_all:
-        lobes = 1 if run.gather_narrow else 0
-        gather(
-            scene.laws, surfaces, points, maps.diffuse, maps.diffuse_radius, lobes, tile.diffuse, tile.diffuse_bias
-        )
+    with run.clock("direct"):
+        for j in range(run.light_samples):
+            rays += _shadow_rays(scene, run, surfaces, points, j, tile)
+    with run.clock("gather"):
+        if maps.caustic is not None:
+            gather(scene.laws, surfaces, points, maps.caustic, maps.caustic_radius, 0, tile.caustic, tile.caustic_bias)
+        if maps.diffuse is not None and not run.gather_all:
+            lobes = 1 if run.gather_narrow else 0
+            gather(
+                scene.laws, surfaces, points, maps.diffuse, maps.diffuse_radius, lobes, tile.diffuse, tile.diffuse_bias
+            )
     if run.lobe_rays:
-        rays += _second_rays(scene, run, maps, surfaces, points, tile)
+        with run.clock("direct"):
+            rays += _second_rays(scene, run, maps, surfaces, points, tile)
     return rays
 
 

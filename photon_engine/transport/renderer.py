@@ -15,6 +15,7 @@ import numpy as np
 from ..film.passes import ALL_NAMES
 from ..geometry.kept import Kept
 from ..issues import IssueLog, log
+from ..jit import compile_seconds
 from ..photons.batch import Deposits
 from ..photons.map import PhotonMap, build_map
 from ..photons.radius import radius_factor
@@ -22,6 +23,7 @@ from ..plan import Plan
 from ..sampling.rng import STREAM_EYE, make_key
 from ..scene.data import SceneData
 from ..settings import Settings
+from .clock import Clock
 from .eye_kernels import empty_tile
 from .eye_pass import EyeRun, Maps, render_tiles
 from .gather_kernels import Radius
@@ -53,7 +55,8 @@ class Renderer:
         self.outputs = outputs
         self.settings = settings = settings.resolved()
         self.issues = issues
-        self.statistics: dict = {"seconds": {}, "photons": {}, "rays": {}, "flux": {}, "map_bytes": 0}
+        self.statistics: dict = {"seconds": {}, "photons": {}, "rays": {}, "flux": {}, "map_bytes": 0, "radii": {}}
+        self._compiled = compile_seconds()
         self._pool = ThreadPoolExecutor(settings.threads or os.cpu_count() or 1, thread_name_prefix="photon-map")
 
     def prepare(self, stage: Callable[[str], None]) -> None:
@@ -73,6 +76,7 @@ class Renderer:
         factor = radius_factor(i + 1, self.settings.alpha)
         caustic_radius = self._radius(self.settings.caustic_radius * factor, self.pilot.caustic_bound * factor)
         diffuse_radius = self._radius(self.settings.diffuse_radius * factor, self.pilot.diffuse_bound * factor)
+        self._note_radii(i, caustic_radius, diffuse_radius)
         maps = self._maps(i, caustic_radius, diffuse_radius, cancelled)
         if cancelled():
             return None
@@ -80,8 +84,10 @@ class Renderer:
         frame = self.data.frame
         height, width = frame.y1 - frame.y0, frame.x1 - frame.x0
         picture = empty_tile(height * width)
-        rays = render_tiles(self.scene, self._pool, self._eye_run(i), maps, picture, cancelled)
-        self._count("eye", start)
+        run = self._eye_run(i)
+        rays = render_tiles(self.scene, self._pool, run, maps, picture, cancelled)
+        for name, seconds in run.clock.split(time.perf_counter() - start).items():
+            self._add(name, seconds)
         self.statistics["rays"]["eye"] = self.statistics["rays"].get("eye", 0) + rays
         if cancelled():
             return None
@@ -108,6 +114,7 @@ class Renderer:
             plan.lobe_rays.runs,
             plan.gather_all.runs,
             plan.gather_narrow.runs,
+            Clock(),
         )
 
     def _maps(self, i: int, caustic_radius: Radius, diffuse_radius: Radius, cancelled: Callable[[], bool]) -> Maps:
@@ -126,6 +133,15 @@ class Renderer:
             diffuse = self._build(deposits, diffuse_radius)
         self.statistics["map_bytes"] = sum(m.nbytes() for m in (caustic, diffuse, first) if m is not None)
         return Maps(caustic, diffuse, first, caustic_radius, diffuse_radius)
+
+    def _note_radii(self, i: int, caustic: Radius, diffuse: Radius) -> None:
+        """Keep the radii of a pass for the log: pass, pixels, bound [m]."""
+        for name, needed, radius in (
+            ("caustic", self.plan.caustic_map, caustic),
+            ("diffuse", self.plan.diffuse_map, diffuse),
+        ):
+            if needed:
+                self.statistics["radii"].setdefault(name, []).append([i, radius.pixels, radius.bound])
 
     def _radius(self, pixels: float, bound: float) -> Radius:
         """The radius of a pass; toward the horizon a pixel may not reach over more than MOST_CELLS of the map."""
@@ -161,6 +177,11 @@ class Renderer:
         return built
 
     def _count(self, name: str, start: float) -> None:
-        """Add to the seconds of a stage."""
+        """Add the time since `start` to the seconds of a stage."""
+        self._add(name, time.perf_counter() - start)
+
+    def _add(self, name: str, more: float) -> None:
+        """Add to the seconds of a stage. Compiling happens within the others and is counted beside them."""
         seconds = self.statistics["seconds"]
-        seconds[name] = seconds.get(name, 0.0) + time.perf_counter() - start
+        seconds[name] = seconds.get(name, 0.0) + more
+        seconds["compile"] = compile_seconds() - self._compiled

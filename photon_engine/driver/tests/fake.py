@@ -5,7 +5,7 @@ import time
 
 import numpy as np
 
-from ...film.passes import RAW
+from ...film.passes import BIASES, RAW
 from ...scene.data import Frame, Instance, Light, Mesh, SceneData
 
 
@@ -38,6 +38,8 @@ class FakeRenderer:
         size = (frame.y1 - frame.y0, frame.x1 - frame.x0)
         image = {name: rng.random((*size, c)).astype(np.float32) for name, c in RAW.items()}
         image["Alpha"][:] = 1.0
+        for name in BIASES.values():
+            image[name][:] = 0.0
         return image
 
     def close(self):
