@@ -22,6 +22,7 @@ SLOW = {
     for name in (
         "mirror", "glass_clear", "glass_tinted", "glass_rough", "glass_multiscatter", "refraction", "refraction_rough",
         "principled_transmission", "principled_frosted", "principled_half_transmission", "mirrored_glass", "many",
+        "absorbing_glass",
     )
 }  # fmt: skip
 SHARED_JOBS = {
