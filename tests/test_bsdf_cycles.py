@@ -7,6 +7,7 @@ patch shows is its albedo: reflected and refracted light all comes from the sky 
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
 import pytest
@@ -26,6 +27,7 @@ OURS = 100_000
 TOLERANCE = 0.01
 TINT = [0.9, 0.5, 0.2]
 GREY = [0.8, 0.8, 0.8]
+AXIS = object()  # stands for a linked world x axis
 
 
 def principled(**inputs):
@@ -40,6 +42,37 @@ def principled(**inputs):
 def case(node, props, sockets, lobes):
     """A case of any node: its identifier, properties, sockets by name, and our lobes."""
     return node, props, sockets, lobes
+
+
+def stretched(node, amount, roughness=0.5, props=None, **sockets):
+    """An anisotropic case, its facets stretched along the world's x axis turned by 0.1 of a full turn."""
+    angle = 0.1 * 2.0 * math.pi
+    along = {"tangent": np.array([[math.cos(angle), math.sin(angle), 0.0]])}
+    name = "Anisotropic" if node == "ShaderNodeBsdfPrincipled" else "Anisotropy"
+    rotation = "Anisotropic Rotation" if node == "ShaderNodeBsdfPrincipled" else "Rotation"
+    given = {"Roughness": roughness, name: amount, rotation: 0.1, "Tangent": AXIS, **sockets}
+    if node == "ShaderNodeBsdfPrincipled":
+        lobes = partial(recipes.principled, base_color=TINT, metallic=0.5, roughness=roughness, anisotropic=amount)
+        lobes = partial(lobes, **along)
+        return case(node, {"distribution": "MULTI_GGX"}, {"Base Color": TINT, "Metallic": 0.5, **given}, lobes)
+    if node == "ShaderNodeBsdfMetallic":
+        lobes = partial(recipes.metallic_f82, TINT, GREY, roughness, anisotropy=amount, **along)
+        return case(node, {"fresnel_type": "F82"}, {"Base Color": TINT, "Edge Tint": GREY, **given}, lobes)
+    lobes = partial(recipes.glossy, TINT, roughness, distribution="GGX", anisotropy=amount, **along)
+    return case(node, {"distribution": "GGX"}, {"Color": TINT, **given}, lobes)
+
+
+def sheen(distribution, roughness):
+    """Sheen BSDF."""
+    make = recipes.sheen if distribution == "MICROFIBER" else recipes.velvet
+    return case("ShaderNodeBsdfSheen", {"distribution": distribution}, {"Color": TINT, "Roughness": roughness},
+                lambda: make(TINT, roughness))  # fmt: skip
+
+
+def toon(component, size, smooth):
+    """Toon BSDF."""
+    return case("ShaderNodeBsdfToon", {"component": component}, {"Color": TINT, "Size": size, "Smooth": smooth},
+                lambda: recipes.toon(TINT, size, smooth, mirrored=component == "GLOSSY"))  # fmt: skip
 
 
 def glossy(roughness, distribution, color=TINT):
@@ -98,6 +131,16 @@ CASES = {
     "f82_0.5": metallic("F82", 0.5),
     "gold_0.0": metallic("GOLD", 0.0),
     "gold_0.5": metallic("GOLD", 0.5),
+    **{f"stretched_{k}": stretched("ShaderNodeBsdfAnisotropic", a) for k, a in enumerate((0.7, -0.5))},
+    "stretched_metal": stretched("ShaderNodeBsdfMetallic", 0.8, 0.6),
+    "stretched_principled": stretched("ShaderNodeBsdfPrincipled", 1.0, 0.4),
+    **{f"sheen_{r}": sheen("MICROFIBER", r) for r in (0.2, 0.5, 1.0)},
+    **{f"velvet_{r}": sheen("ASHIKHMIN", r) for r in (0.3, 0.8)},
+    "toon": toon("DIFFUSE", 0.5, 0.2),
+    "toon_sharp": toon("DIFFUSE", 0.3, 0.0),
+    "toon_glossy": toon("GLOSSY", 0.3, 0.2),
+    "principled_sheen": principled(base_color=TINT, sheen_weight=1.0, sheen_roughness=0.4, sheen_tint=[0.5, 0.8, 1.0]),
+    "principled_sheen_coat": principled(sheen_weight=0.5, sheen_roughness=0.8, coat_weight=0.5, metallic=0.5),
     "principled": principled(),
     "principled_smooth": principled(roughness=0.0),
     "principled_rough": principled(roughness=1.0, diffuse_roughness=0.8),
@@ -139,7 +182,12 @@ def build_material(name, node_type, props, sockets):
     for key, value in props.items():
         setattr(node, key, value)
     for key, value in sockets.items():
-        set_socket(node.inputs[key], value)
+        if value is AXIS:  # an unlinked tangent is not the value of its socket
+            axis = nodes.new("ShaderNodeCombineXYZ")
+            axis.inputs["X"].default_value = 1.0
+            material.node_tree.links.new(axis.outputs[0], node.inputs[key])
+        else:
+            set_socket(node.inputs[key], value)
     material.node_tree.links.new(node.outputs[0], output.inputs["Surface"])
     return material
 

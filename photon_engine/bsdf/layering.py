@@ -7,7 +7,7 @@ import math
 from ..jit import kernel
 from ..vec import dot, luminance, max3, mul
 from .albedo import ONE, field3, glass_estimate, multiscatter, reflect_albedo
-from .frame import facet_normal
+from .frame import facet_normal, lobe_normal
 from .glass import is_delta, side_eta
 from .layout import (
     CLASS_NULL,
@@ -27,12 +27,14 @@ from .layout import (
     NONE,
     REFLECT,
     ROUGHNESS,
+    SHEEN,
     TINT,
     TRANSLUCENT,
     TRANSPARENT,
     WEIGHT,
 )
 from .matte import SMOOTH
+from .sheen import sheen_albedo
 
 CLASS_NOTHING = -2  # of lobes that scatter nothing (emission, holdout)
 
@@ -41,7 +43,7 @@ CLASS_NOTHING = -2  # of lobes that scatter nothing (emission, holdout)
 def lobe_class(rows, row, k, threshold):
     """Class of a lobe; facets are sharp below the roughness threshold, and always when they have no density."""
     kind = rows.kind[row, k]
-    if kind == DIFFUSE or kind == TRANSLUCENT:
+    if kind == DIFFUSE or kind == TRANSLUCENT or kind >= SHEEN:
         return CLASS_ROUGH
     if kind == TRANSPARENT:
         return CLASS_NULL
@@ -159,6 +161,13 @@ def weigh(rows, row, ns, ng, wo, scratch, column):
             w = (w[0] * scale, w[1] * scale, w[2] * scale)
             if rows.params[row, k, LAYER] > 0.0:
                 below = mul(below, passes_below(rows, row, k, mul(dark, estimate), mu))
+        elif kind == SHEEN:
+            mu = dot(lobe_normal(rows, row, k, ns, dot(wo, ng) >= 0.0), wo)
+            r = sheen_albedo(float(rows.params[row, k, ROUGHNESS]), mu)
+            w = (w[0] * r, w[1] * r, w[2] * r)
+            albedo = w
+            if rows.params[row, k, LAYER] > 0.0:
+                below = mul(below, passes_below(rows, row, k, (r, r, r), mu))
         scratch[k, column] = w[0]
         scratch[k, column + 1] = w[1]
         scratch[k, column + 2] = w[2]

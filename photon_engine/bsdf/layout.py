@@ -21,6 +21,10 @@ TRANSPARENT = 6  # straight through: no vertex of the path ("null")
 EMISSION = 7  # radiates `weight`, both sides
 HOLDOUT = 8
 ABSORPTION = 9  # of the inside of a volume; never in a row
+SHEEN = 10  # a layer of fibres, its albedo times the weight
+VELVET = 11  # Ashikhmin's
+TOON = 12  # an even cone about the normal: ROUGHNESS is its size, IOR the width of its rim, both of 90 degrees
+TOON_GLOSSY = 13  # the same about the mirrored view
 
 # Fresnel modes of REFLECT and GLASS
 FRESNEL_NONE = 0  # 1 (Glossy BSDF: weight is the colour; COLOR_A = colour too, for MULTISCATTER)
@@ -32,7 +36,7 @@ FRESNEL_CONDUCTOR = 4  # metal of index n + ik: COLOR_A = n, COLOR_B = k
 # fields
 WEIGHT = 0  # 3: colour times mixing weight
 ROUGHNESS = 3  # Blender's, unsquared
-ANISOTROPY = 4  # reserved
+ANISOTROPY = 4  # REFLECT: A > 0: GGX widths roughness^2 A along TANGENT and roughness^2 / A across; 0: round
 IOR = 5  # of the inside over the outside (for GLASS and REFRACT a back face inverts it)
 FRESNEL = 6  # a mode
 COLOR_A = 7  # 3; DIFFUSE with roughness: the albedo
@@ -43,7 +47,8 @@ GROUP = 17  # lobes of the same group > 0 are layered: see LAYER
 LAYER = 18  # > 0: share covered (coat weight; specular: 1); later lobes of the group get what its albedo leaves
 MULTISCATTER = 19  # 1: energy lost between microfacets is given back (Multiscatter GGX)
 TINT = 20  # 3: coat tint: what passes under this layer is multiplied by TINT^(1/cos in the coat)
-N_FIELDS = 24
+TANGENT = 24  # 3: world, any length, with ANISOTROPY
+N_FIELDS = 27
 DISPLACED = 2.0  # value of HAS_NORMAL
 
 # classes of a lobe, deciding the pass a path belongs to

@@ -1,4 +1,4 @@
-"""The GGX distribution of microfacets with Smith's height-correlated masking, isotropic."""
+"""The GGX distribution of microfacets with Smith's height-correlated masking, round or stretched."""
 
 from __future__ import annotations
 
@@ -37,24 +37,58 @@ def sin2_between(a, b):
 
 
 @kernel
+def ggx_d_stretched(h, ax, ay):
+    """Density of facet normals h = (x, y, z), local, of widths ax, ay [Heitz 2014, Eq. 85]."""
+    x, y = h[0] / ax, h[1] / ay
+    k = x * x + y * y + h[2] * h[2]
+    return 1.0 / (math.pi * ax * ay * k * k)
+
+
+@kernel
+def ggx_lambda_stretched(w, ax, ay):
+    """Smith's Lambda of a local direction for widths ax, ay [Heitz 2014, Eq. 86]."""
+    x, y = ax * w[0], ay * w[1]
+    return 0.5 * (math.sqrt(1.0 + (x * x + y * y) / (w[2] * w[2])) - 1.0)
+
+
+@kernel
+def frame_along(n, tangent):
+    """Unit tangents (s, t) about the unit normal n, s along the given direction; any when that has no direction."""
+    t = cross(n, tangent)
+    size = math.sqrt(dot(t, t))
+    if size < 1e-12:
+        return basis(n)
+    t = (t[0] / size, t[1] / size, t[2] / size)
+    return cross(t, n), t
+
+
+@kernel
 def sample_vndf(wo, n, alpha, u1, u2):
+    """`sample_vndf_stretched` with the same width all round."""
+    s, t = basis(n)
+    return sample_vndf_stretched(wo, (s, t, n), alpha, alpha, (u1, u2))
+
+
+@kernel
+def sample_vndf_stretched(wo, frame, ax, ay, u):
     """Facet normal h seen from wo, in world space, with density G1(wo) max(0, wo.h) D(h) / (n.wo).
 
-    Spherical caps [Dupuy and Benyoub 2023, Listing 3].  wo, n : unit, n.wo > 0;  u1, u2 : in [0, 1).
+    Spherical caps [Dupuy and Benyoub 2023, Listing 3].  wo : unit, n.wo > 0;  frame : unit (s, t, n);  ax, ay : widths
+    along s and t;  u : two numbers in [0, 1).
     """
-    s, t = basis(n)
-    x = alpha * dot(wo, s)
-    y = alpha * dot(wo, t)
+    s, t, n = frame
+    x = ax * dot(wo, s)
+    y = ay * dot(wo, t)
     z = dot(wo, n)
     k = 1.0 / math.sqrt(x * x + y * y + z * z)
     x *= k
     y *= k
     z *= k
-    cos_phi, sin_phi = turn(u1)
-    cap = (1.0 - u2) * (1.0 + z) - z
+    cos_phi, sin_phi = turn(u[0])
+    cap = (1.0 - u[1]) * (1.0 + z) - z
     sin_cap = math.sqrt(max(1.0 - cap * cap, 0.0))
-    hx = alpha * (sin_cap * cos_phi + x)
-    hy = alpha * (sin_cap * sin_phi + y)
+    hx = ax * (sin_cap * cos_phi + x)
+    hy = ay * (sin_cap * sin_phi + y)
     hz = max(cap + z, 0.0)
     k = 1.0 / math.sqrt(hx * hx + hy * hy + hz * hz)
     hx *= k

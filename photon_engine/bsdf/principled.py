@@ -1,6 +1,7 @@
-"""Blender's Principled BSDF as a list of lobes: alpha, coat, emission, metal, transmission, specular, diffuse.
+"""Blender's Principled BSDF as a list of lobes: alpha, sheen, coat, emission, metal, transmission, specular, diffuse.
 
-Coat and specular are layers (`layout.LAYER`): what they reflect, as seen from the eye, is taken from what follows.
+Sheen, coat and specular are layers (`layout.LAYER`): what they reflect, as seen from the eye, is taken from what
+follows.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import numpy as np
 
 from . import layout as lay
 from .layout import Lobe
-from .recipes import MULTI, color, column, diffuse, emission, make, next_group, unit
+from .recipes import MULTI, color, column, diffuse, emission, layered_ratio, make, next_group, sheen, stretched, unit
 
 CUTOFF = 1e-5  # weights below this count as absent
 MAX_F0 = 0.99
@@ -31,7 +32,12 @@ class PrincipledInputs:
     diffuse_roughness: Any = 0.0
     specular_ior_level: Any = 0.5
     specular_tint: Any = 1.0
+    anisotropic: Any = 0.0
+    tangent: Any = None
     transmission_weight: Any = 0.0
+    sheen_weight: Any = 0.0
+    sheen_roughness: Any = 0.5
+    sheen_tint: Any = 1.0
     coat_weight: Any = 0.0
     coat_roughness: Any = 0.03
     coat_ior: Any = 1.5
@@ -49,6 +55,7 @@ def principled(**inputs: Any) -> list[Lobe]:
     alpha = unit(node.alpha)
     weight = alpha.copy()
     lobes = make(lay.TRANSPARENT, 1.0 - alpha)
+    lobes += fibres(node, weight, group)
     lobes += coat(node, weight, group)
     lobes += grouped(emission(color(node.emission_color) * weight[:, None], node.emission_strength), group)
     metallic = floor(unit(node.metallic))
@@ -72,6 +79,12 @@ def grouped(lobes: list[Lobe], group: np.ndarray) -> list[Lobe]:
     return [Lobe(lobe.kind, lobe.weight, {**lobe.fields, lay.GROUP: group}) for lobe in lobes]
 
 
+def fibres(node: PrincipledInputs, weight: np.ndarray, group: np.ndarray) -> list[Lobe]:
+    """The sheen over everything but alpha, about the base's normal."""
+    tint = color(node.sheen_tint) * floor(np.maximum(column(node.sheen_weight), 0.0))[:, None]
+    return sheen(tint, node.sheen_roughness, node.normal, weight, group=group, layer=tint.max(axis=1))
+
+
 def coat(node: PrincipledInputs, weight: np.ndarray, group: np.ndarray) -> list[Lobe]:
     """The clear coat: a dielectric mirror over everything but alpha.
 
@@ -92,7 +105,7 @@ def metal(node: PrincipledInputs, weight: np.ndarray, group: np.ndarray) -> list
         lay.REFLECT, weight, node.normal, roughness=unit(node.roughness), fresnel=column(lay.FRESNEL_F82),
         ior=column(1.5), color_a=np.minimum(color(node.base_color), 1.0),
         color_b=np.minimum(color(node.specular_tint), 1.0), multiscatter=column(node.distribution == MULTI),
-        group=group,
+        group=group, **stretched(layered_ratio(node.anisotropic), node.tangent),
     )  # fmt: skip
 
 
@@ -127,5 +140,6 @@ def specular(node: PrincipledInputs, weight: np.ndarray, group: np.ndarray) -> l
         fresnel=column(lay.FRESNEL_GENERALIZED), ior=eta,
         color_a=np.minimum(color(node.specular_tint) * f0[:, None], 1.0),
         color_b=np.ones((1, 3)), multiscatter=column(node.distribution == MULTI), group=group, layer=here,
+        **stretched(layered_ratio(node.anisotropic), node.tangent),
         tint=np.ones((1, 3)),
     )  # fmt: skip

@@ -96,29 +96,53 @@ def holdout() -> list[Lobe]:
     return make(lay.HOLDOUT, 1.0)
 
 
-def glossy(base, roughness, normal=None, distribution=MULTI) -> list[Lobe]:
+def stretched(ratio, tangent) -> dict:
+    """Fields of a lobe whose facets are `ratio` times wider along the tangent (n, 3) than round ones; None: round."""
+    ratio = column(ratio)
+    if tangent is None or np.all(ratio == 1.0):
+        return {}
+    return {"anisotropy": np.where(ratio == 1.0, 0.0, ratio), "tangent": np.atleast_2d(np.asarray(tangent, np.float64))}
+
+
+def glossy_ratio(anisotropy) -> np.ndarray:
+    """Widths' ratio of the Glossy node: 1 - a along the tangent, or for negative values 1 / (1 + a)."""
+    a = np.clip(column(anisotropy), -0.99, 0.99)
+    return np.where(np.abs(a) <= 1e-4, 1.0, np.where(a < 0.0, 1.0 / (1.0 + a), 1.0 - a))
+
+
+def layered_ratio(anisotropic) -> np.ndarray:
+    """Widths' ratio of Principled and Metallic: 1 / sqrt(1 - 0.9 a)."""
+    return 1.0 / np.sqrt(1.0 - 0.9 * unit(anisotropic))
+
+
+def glossy(base, roughness, normal=None, distribution=MULTI, anisotropy=0.0, tangent=None) -> list[Lobe]:
     """Glossy BSDF: a GGX mirror without Fresnel."""
     base = color(base)
     return make(
         lay.REFLECT, base, normal, roughness=unit(roughness), fresnel=column(lay.FRESNEL_NONE), ior=column(1.5),
-        color_a=base, multiscatter=column(distribution == MULTI),
+        color_a=base, multiscatter=column(distribution == MULTI), **stretched(glossy_ratio(anisotropy), tangent),
     )  # fmt: skip
 
 
-def metallic_f82(base, edge_tint, roughness, normal=None, distribution=MULTI) -> list[Lobe]:
+def metallic_f82(
+    base, edge_tint, roughness, normal=None, distribution=MULTI, anisotropy=0.0, tangent=None
+) -> list[Lobe]:
     """Metallic BSDF, F82 tint."""
     return make(
         lay.REFLECT, 1.0, normal, roughness=unit(roughness), fresnel=column(lay.FRESNEL_F82), ior=column(1.5),
         color_a=np.minimum(color(base), 1.0), color_b=np.minimum(color(edge_tint), 1.0),
-        multiscatter=column(distribution == MULTI),
+        multiscatter=column(distribution == MULTI), **stretched(layered_ratio(anisotropy), tangent),
     )  # fmt: skip
 
 
-def metallic_conductor(index, extinction, roughness, normal=None, distribution=MULTI) -> list[Lobe]:
+def metallic_conductor(
+    index, extinction, roughness, normal=None, distribution=MULTI, anisotropy=0.0, tangent=None
+) -> list[Lobe]:
     """Metallic BSDF, physical conductor of complex index n + ik for each channel."""
     return make(
         lay.REFLECT, 1.0, normal, roughness=unit(roughness), fresnel=column(lay.FRESNEL_CONDUCTOR), ior=column(1.5),
         color_a=color(index), color_b=color(extinction), multiscatter=column(distribution == MULTI),
+        **stretched(layered_ratio(anisotropy), tangent),
     )  # fmt: skip
 
 
@@ -135,6 +159,23 @@ def glass(base, roughness, ior, normal=None, distribution=MULTI) -> list[Lobe]:
 def refraction(base, roughness, ior, normal=None) -> list[Lobe]:
     """Refraction BSDF: refracts only; total internal reflection is black."""
     return make(lay.REFRACT, color(base), normal, roughness=unit(roughness), ior=np.maximum(column(ior), 1e-5))
+
+
+def sheen(base, roughness, normal=None, weight=1.0, **layer) -> list[Lobe]:
+    """Sheen BSDF, microfibre; layer: fields of a layered group."""
+    tint = color(base) * factor(weight)
+    return make(lay.SHEEN, tint, normal, roughness=unit(roughness), tint=np.ones((1, 3)), ior=np.ones(1), **layer)
+
+
+def velvet(base, sigma, normal=None) -> list[Lobe]:
+    """Sheen BSDF, Ashikhmin: velvet of width sigma."""
+    return make(lay.VELVET, color(base), normal, roughness=unit(sigma))
+
+
+def toon(base, size, smooth, normal=None, mirrored=False) -> list[Lobe]:
+    """Toon BSDF; mirrored: its glossy component."""
+    kind = lay.TOON_GLOSSY if mirrored else lay.TOON
+    return make(kind, color(base), normal, roughness=unit(size), ior=unit(smooth))
 
 
 def scale_lobes(lobes: list[Lobe], weight) -> list[Lobe]:

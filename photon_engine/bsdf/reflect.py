@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from ..jit import kernel
-from ..vec import add, dot, normalize
+from ..vec import add, basis, dot, normalize
 from .albedo import ONE, field3, mix3
 from .fresnel import fresnel_conductor, fresnel_dielectric, fresnel_f82, schlick_share
 from .layout import (
+    ANISOTROPY,
     COLOR_A,
     COLOR_B,
     FRESNEL,
@@ -16,8 +17,9 @@ from .layout import (
     FRESNEL_NONE,
     IOR,
     ROUGHNESS,
+    TANGENT,
 )
-from .microfacet import DELTA_ALPHA, ggx_d, ggx_lambda, sample_vndf, sin2_between
+from .microfacet import DELTA_ALPHA, frame_along, ggx_d_stretched, ggx_lambda_stretched, sample_vndf_stretched
 
 BLACK = (0.0, 0.0, 0.0)
 UP = (0.0, 0.0, 1.0)
@@ -44,6 +46,31 @@ def reflect_fresnel(rows, row, k, c):
 
 
 @kernel
+def widths(rows, row, k, alpha):
+    """GGX widths (along the tangent, across it)."""
+    stretch = float(rows.params[row, k, ANISOTROPY])
+    if stretch == 0.0:
+        return alpha, alpha
+    return alpha * stretch, alpha / stretch
+
+
+@kernel
+def facet_frame(rows, row, k, n):
+    """Unit (s, t, n) about the lobe's normal, s along its tangent if it is stretched."""
+    if rows.params[row, k, ANISOTROPY] == 0.0:
+        s, t = basis(n)
+    else:
+        s, t = frame_along(n, field3(rows, row, k, TANGENT))
+    return s, t, n
+
+
+@kernel
+def to_local(w, frame):
+    """Components of w along the frame's three axes."""
+    return (dot(w, frame[0]), dot(w, frame[1]), dot(w, frame[2]))
+
+
+@kernel
 def eval_reflect(rows, row, k, n, wo, wi):
     """GGX reflection, f = F D G2 / (4 (n.wo) (n.wi)), and the density of `sample_reflect` [Walter et al. 2007, Eq. 20].
 
@@ -56,11 +83,12 @@ def eval_reflect(rows, row, k, n, wo, wi):
     if cos_o <= 0.0 or cos_i <= 1e-9 or alpha <= DELTA_ALPHA:
         return BLACK, 0.0
     h = normalize(add(wo, wi))
-    alpha2 = alpha * alpha
-    d = ggx_d(sin2_between(n, h), alpha2)
-    lambda_o = ggx_lambda(cos_o, alpha2)
+    ax, ay = widths(rows, row, k, alpha)
+    frame = facet_frame(rows, row, k, n)
+    d = ggx_d_stretched(to_local(h, frame), ax, ay)
+    lambda_o = ggx_lambda_stretched(to_local(wo, frame), ax, ay)
     pdf = d / (4.0 * cos_o * (1.0 + lambda_o))
-    s = d / (4.0 * cos_o * cos_i * (1.0 + lambda_o + ggx_lambda(cos_i, alpha2)))
+    s = d / (4.0 * cos_o * cos_i * (1.0 + lambda_o + ggx_lambda_stretched(to_local(wi, frame), ax, ay)))
     f = reflect_fresnel(rows, row, k, dot(h, wo))
     return (f[0] * s, f[1] * s, f[2] * s), pdf
 
@@ -77,9 +105,11 @@ def sample_reflect(rows, row, k, n, ng, wo, u1, u2):
         return False, UP, BLACK, 0.0
     rough = float(rows.params[row, k, ROUGHNESS])
     alpha = rough * rough
+    ax, ay = widths(rows, row, k, alpha)
+    frame = facet_frame(rows, row, k, n)
     h = n
     if alpha > DELTA_ALPHA:
-        h = sample_vndf(wo, n, alpha, u1, u2)
+        h = sample_vndf_stretched(wo, frame, ax, ay, (u1, u2))
     c = dot(h, wo)
     wi = (2.0 * c * h[0] - wo[0], 2.0 * c * h[1] - wo[1], 2.0 * c * h[2] - wo[2])
     cos_i = dot(n, wi)
@@ -88,8 +118,7 @@ def sample_reflect(rows, row, k, n, ng, wo, u1, u2):
     f = reflect_fresnel(rows, row, k, c)
     if alpha <= DELTA_ALPHA:
         return True, wi, f, 0.0
-    alpha2 = alpha * alpha
-    g_o = 1.0 + ggx_lambda(cos_o, alpha2)
-    s = g_o / (g_o + ggx_lambda(cos_i, alpha2))
-    pdf = ggx_d(sin2_between(n, h), alpha2) / (4.0 * cos_o * g_o)
+    g_o = 1.0 + ggx_lambda_stretched(to_local(wo, frame), ax, ay)
+    s = g_o / (g_o + ggx_lambda_stretched(to_local(wi, frame), ax, ay))
+    pdf = ggx_d_stretched(to_local(h, frame), ax, ay) / (4.0 * cos_o * g_o)
     return True, wi, (f[0] * s, f[1] * s, f[2] * s), pdf

@@ -7,8 +7,9 @@ from ..vec import dot
 from .diffuse import bump_softening
 from .frame import facet_normal, lobe_normal, negate, shading_ratio
 from .glass import eval_glass, side_eta
-from .layout import CLASS_ROUGH, DIFFUSE, HAS_NORMAL, NONE, REFLECT, TRANSLUCENT
+from .layout import CLASS_ROUGH, DIFFUSE, HAS_NORMAL, NONE, REFLECT, SHEEN, TRANSLUCENT
 from .matte import eval_matte
+from .odd import eval_odd
 from .reflect import eval_reflect
 
 EPSILON = 1e-9  # cosines below this count as grazing: nothing is scattered
@@ -22,6 +23,10 @@ def eval_lobe(rows, row, k, ns, ng, wo, wi, adjoint):
     if kind == DIFFUSE or kind == TRANSLUCENT:
         n = lobe_normal(rows, row, k, ns, front)
         f, pdf = eval_matte(rows, row, k, n, ng if front else negate(ng), wo, wi, adjoint)
+        return f, pdf, n, 1.0
+    if kind >= SHEEN:
+        n = lobe_normal(rows, row, k, ns, front)
+        f, pdf = eval_odd(rows, row, k, n, wo, wi, adjoint)
         return f, pdf, n, 1.0
     n = facet_normal(rows, row, k, ns, ng, wo, front)
     if kind == REFLECT:

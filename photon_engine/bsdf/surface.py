@@ -26,11 +26,13 @@ from .layout import (
     MULTISCATTER,
     NONE,
     REFLECT,
+    SHEEN,
     TRANSLUCENT,
     TRANSPARENT,
     WEIGHT,
 )
 from .matte import sample_lambert, sample_matte
+from .odd import sample_odd
 from .reflect import BLACK, UP, sample_reflect
 from .rough import EPSILON, rough_total
 
@@ -150,6 +152,12 @@ def sample_lobe(rows, row, k, ns, ng, wo, u, adjoint):
     if kind == DIFFUSE or kind == TRANSLUCENT:
         ok, wi, value, pdf = sample_matte(rows, row, k, lobe_normal(rows, row, k, ns, front), near, wo, u, adjoint)
         return ok, wi, value, pdf, 1.0
+    if kind >= SHEEN:
+        n = lobe_normal(rows, row, k, ns, front)
+        ok, wi, value, pdf = sample_odd(rows, row, k, n, near, wo, u, adjoint)
+        if adjoint and ok:
+            value = scale(value, photon_factor(n, ng, wo, wi))
+        return ok, wi, value, pdf, 1.0
     n = facet_normal(rows, row, k, ns, ng, wo, front)
     eta = 1.0
     if kind == REFLECT:
@@ -182,6 +190,8 @@ def sample_clear_row(rows, row, ns, ng, wo, scratch, u, adjoint):
 @kernel
 def needs_adjoint_weights(rows, row, k):
     """Whether a lobe's effective weight depends on the view."""
+    if rows.kind[row, k] == SHEEN:
+        return True
     return rows.params[row, k, GROUP] > 0.0 or rows.params[row, k, MULTISCATTER] != 0.0
 
 

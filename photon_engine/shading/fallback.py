@@ -28,10 +28,7 @@ UNSUPPORTED_SETTINGS = {
     "ShaderNodeBsdfRefraction": {"distribution": ({"BECKMANN"}, "GGX is used")},
 }
 # inputs that change nothing here unless they have this value
-IGNORED_INPUTS = {
-    "Anisotropy": 0.0, "Anisotropic": 0.0, "Subsurface Weight": 0.0, "Sheen Weight": 0.0,
-    "Thin Film Thickness": 0.0, "Thin Wall": 0.0,
-}
+IGNORED_INPUTS = {"Thin Film Thickness": 0.0, "Thin Wall": 0.0}
 
 
 def report_unsupported(item: Node, used: set[str], material: str, issues: IssueLog) -> None:
@@ -47,6 +44,9 @@ def report_unsupported(item: Node, used: set[str], material: str, issues: IssueL
             issues.warn(where, f"{setting} {item.props[setting]} is not supported yet", instead)
     if "SHADER" not in item.output_kinds.values():
         return
+    deep = item.inputs.get("Subsurface Weight")
+    if item.type == "ShaderNodeSubsurfaceScattering" or (deep is not None and (deep.node >= 0 or deep.value)):
+        issues.warn(where, "subsurface scattering is not simulated", "a diffuse surface of its colour is used")
     for name, plain in IGNORED_INPUTS.items():
         socket = item.inputs.get(name)
         if socket is not None and (socket.node >= 0 or socket.value != plain):

@@ -22,7 +22,8 @@ from .registry import REGISTRY, SCALARS, NodeKind, constant, convert, zero
 from .relief import SHIFT, expand_bumps
 
 SHARP_KINDS = {layout.REFLECT, layout.GLASS, layout.REFRACT}
-ROUGH_KINDS = {layout.DIFFUSE, layout.TRANSLUCENT, *SHARP_KINDS}
+ODD_KINDS = {layout.SHEEN, layout.VELVET, layout.TOON, layout.TOON_GLOSSY}
+ROUGH_KINDS = {layout.DIFFUSE, layout.TRANSLUCENT, *ODD_KINDS, *SHARP_KINDS}
 
 
 class Source(NamedTuple):

@@ -32,6 +32,20 @@ ROUGH = {
         base_color=TINT, coat_weight=0.8, coat_tint=TINT, coat_roughness=0.3, metallic=0.4, diffuse_roughness=0.5
     ),
     "principled_glass": lambda: recipes.principled(base_color=TINT, transmission_weight=0.6, roughness=0.4),
+    "glossy_stretched": lambda: recipes.glossy(
+        TINT, 0.5, distribution="GGX", anisotropy=0.6, tangent=np.array([[0.8, 0.6, 0.1]])
+    ),
+    "metal_stretched": lambda: recipes.metallic_f82(
+        TINT, 1.0, 0.5, anisotropy=0.9, tangent=np.array([[0.0, 1.0, 0.0]])
+    ),
+    "sheen": lambda: recipes.sheen(TINT, 0.5),
+    "velvet": lambda: recipes.velvet(TINT, 0.5),
+    "toon": lambda: recipes.toon(TINT, 0.4, 0.3),
+    "toon_glossy": lambda: recipes.toon(TINT, 0.3, 0.2, mirrored=True),
+    "principled_sheen": lambda: recipes.principled(
+        base_color=TINT, sheen_weight=0.8, sheen_roughness=0.4, sheen_tint=[0.5, 0.8, 1.0], coat_weight=0.3,
+        coat_roughness=0.2,
+    ),
     "mixed": lambda: recipes.scale_lobes(recipes.principled(coat_weight=1.0, coat_roughness=0.2), 0.4)
     + recipes.scale_lobes(recipes.glass(TINT, 0.3, 1.4), 0.6),
 }

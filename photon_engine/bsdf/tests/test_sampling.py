@@ -44,7 +44,8 @@ def test_samples_follow_the_density(name, mu):
     p = density_on_grid(lobes, mu, 16, 16, 48)
     if "bumped" in name:  # `sample` refuses directions into the surface, f does not know of it (as in Blender)
         p[slice(0, 8) if mu > 0.0 else slice(8, 16)] = 0.0
-    assert p.sum() < 1.001  # the midpoint rule is off by up to 4e-4 for the narrowest lobe (roughness 0.2)
+    # the midpoint rule is off by up to 4e-4 for the narrowest lobe (roughness 0.2), by 1.6e-3 at a toon's edge
+    assert p.sum() < (1.002 if name == "toon" else 1.001)
     ok, wi, *_ = draw(lobes, mu, n, cls=CLASS_ROUGH)
     if not p.any():
         assert not ok.any()

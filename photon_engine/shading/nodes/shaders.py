@@ -10,6 +10,8 @@ from ...bsdf import recipes
 from ...bsdf.principled import PrincipledInputs
 from ..registry import column, f32, node
 from .normals import contiguous, outward_rows
+from .relief import in_surface, radial
+from .vectors import cross, dot
 
 PRINCIPLED_INPUTS = frozenset(item.name for item in fields(PrincipledInputs))
 
@@ -33,17 +35,51 @@ def outward(x, points, name="Normal"):
     return out
 
 
+def is_stretched(item) -> bool:
+    """Whether a glossy node may have wider facets along one direction."""
+    sockets = [item.inputs.get(name) for name in ("Anisotropy", "Anisotropic")]
+    return any(socket is not None and (socket.node >= 0 or socket.value) for socket in sockets)
+
+
+def stretched_varies(item, used):
+    """A direction in the surface, or a linked normal, needs the surface."""
+    return is_stretched(item) or linked_normal()(item, used) or linked_normal("Coat Normal")(item, used)
+
+
+def stretched_needs(item, used):
+    """Without a linked tangent facets lie round the z axis of Generated space."""
+    socket = item.inputs.get("Tangent")
+    return {"generated", "objects"} if is_stretched(item) and (socket is None or socket.node < 0) else set()
+
+
+def stretch(x, points, amount: str, rotation: str) -> dict:
+    """Anisotropy and tangent (n, 3) of a node; the tangent is turned about the normal by `rotation` full turns."""
+    if points is None or not np.any(x.get(amount, 0.0)):
+        return {}
+    t = x.get("Tangent")
+    t = in_surface(points, radial(points)) if t is None else t.T
+    turns = x.get(rotation)
+    if turns is not None and np.any(turns):
+        n = x.get("Normal")
+        n = points.facing(points.ns).T if n is None else n.T
+        angle = turns * f32(2.0 * np.pi)
+        c, s = np.cos(angle), np.sin(angle)
+        t = t * c + cross(n, t) * s + n * (dot(n, t) * (f32(1.0) - c))
+    return {amount.lower(): x[amount], "tangent": np.broadcast_to(t, points.ns.T.shape).T}
+
+
 @node("ShaderNodeBsdfDiffuse", varies=linked_normal())
 def diffuse(x, props, points):
     """Lambert or Oren-Nayar."""
     return {"BSDF": recipes.diffuse(x["Color"], x["Roughness"], outward(x, points))}
 
 
-@node("ShaderNodeBsdfAnisotropic", "ShaderNodeBsdfGlossy", varies=linked_normal())
+@node("ShaderNodeBsdfAnisotropic", "ShaderNodeBsdfGlossy", varies=stretched_varies, needs=stretched_needs)
 def glossy(x, props, points):
     """A microfacet mirror without Fresnel."""
     distribution = props.get("distribution", "MULTI_GGX")
-    return {"BSDF": recipes.glossy(x["Color"], x["Roughness"], outward(x, points), distribution)}
+    along = stretch(x, points, "Anisotropy", "Rotation")
+    return {"BSDF": recipes.glossy(x["Color"], x["Roughness"], outward(x, points), distribution, **along)}
 
 
 @node("ShaderNodeBsdfGlass", varies=linked_normal())
@@ -63,6 +99,26 @@ def refraction(x, props, points):
 def translucent(x, props, points):
     """Lambert through the surface."""
     return {"BSDF": recipes.translucent(x["Color"], outward(x, points))}
+
+
+@node("ShaderNodeBsdfSheen", varies=linked_normal())
+def sheen(x, props, points):
+    """Cloth: a layer of fibres, or Ashikhmin's velvet."""
+    make = recipes.velvet if props.get("distribution") == "ASHIKHMIN" else recipes.sheen
+    return {"BSDF": make(x["Color"], x["Roughness"], outward(x, points))}
+
+
+@node("ShaderNodeBsdfToon", varies=linked_normal())
+def toon(x, props, points):
+    """An even cone with a rim."""
+    mirrored = props.get("component") == "GLOSSY"
+    return {"BSDF": recipes.toon(x["Color"], x["Size"], x["Smooth"], outward(x, points), mirrored)}
+
+
+@node("ShaderNodeSubsurfaceScattering", varies=linked_normal())
+def subsurface(x, props, points):
+    """Lambert of the same colour: light leaves where it came in."""
+    return {"BSSRDF": recipes.diffuse(x["Color"], np.zeros(1, f32), outward(x, points))}
 
 
 @node("ShaderNodeBsdfTransparent")
@@ -103,26 +159,24 @@ def add_shader(x, props, points):
     return {"Shader": (x.get("Shader") or []) + (x.get("Shader_001") or [])}
 
 
-def principled_varies(item, used):
-    """A linked normal needs the surface."""
-    return linked_normal()(item, used) or linked_normal("Coat Normal")(item, used)
-
-
-@node("ShaderNodeBsdfPrincipled", varies=principled_varies)
+@node("ShaderNodeBsdfPrincipled", varies=stretched_varies, needs=stretched_needs)
 def principled(x, props, points):
     """Blender's layered shader; sockets by name in small letters with underscores."""
     given = {name.lower().replace(" ", "_"): value for name, value in x.items() if value is not None}
     given["normal"] = outward(x, points)
     given["coat_normal"] = outward(x, points, "Coat Normal")
     given["distribution"] = props.get("distribution", "MULTI_GGX")
+    given["tangent"] = None
+    given |= stretch(x, points, "Anisotropic", "Anisotropic Rotation")
     given = {name: value for name, value in given.items() if name in PRINCIPLED_INPUTS}
     return {"BSDF": recipes.principled(**given)}
 
 
-@node("ShaderNodeBsdfMetallic", varies=linked_normal())
+@node("ShaderNodeBsdfMetallic", varies=stretched_varies, needs=stretched_needs)
 def metallic(x, props, points):
     """A metal by colour and edge tint (F82), or by its complex index."""
     tail = x["Roughness"], outward(x, points), props.get("distribution", "MULTI_GGX")
+    along = stretch(x, points, "Anisotropy", "Rotation")
     if props.get("fresnel_type") == "PHYSICAL_CONDUCTOR":
-        return {"BSDF": recipes.metallic_conductor(x["IOR"], x["Extinction"], *tail)}
-    return {"BSDF": recipes.metallic_f82(x["Base Color"], x["Edge Tint"], *tail)}
+        return {"BSDF": recipes.metallic_conductor(x["IOR"], x["Extinction"], *tail, **along)}
+    return {"BSDF": recipes.metallic_f82(x["Base Color"], x["Edge Tint"], *tail, **along)}

@@ -136,12 +136,12 @@ def test_lobe_that_weighs_nothing_here_keeps_its_slot():
 
 def test_unknown_shader_is_reported_once():
     b = Builder()
-    unknown = b.add("ShaderNodeBsdfToon", {"BSDF": "SHADER"}, Color=("RGBA", [0.1, 0.2, 0.3, 1.0]))
+    unknown = b.add("ShaderNodeBsdfHair", {"BSDF": "SHADER"}, Color=("RGBA", [0.1, 0.2, 0.3, 1.0]))
     b.mix(("VALUE", 0.5), unknown, b.emission())
     program = b.program()
     b.program()
     messages = [str(issue) for issue in b.issues]
-    assert len(messages) == 1 and "Test > ShaderNodeBsdfToon 0" in messages[0] and "diffuse" in messages[0]
+    assert len(messages) == 1 and "Test > ShaderNodeBsdfHair 0" in messages[0] and "diffuse" in messages[0]
     diffuse, light = program.lobes()
     np.testing.assert_allclose(diffuse.weight, [[0.05, 0.1, 0.15]], rtol=1e-6)
     np.testing.assert_allclose(light.weight, [[1.0, 0.5, 0.25]], rtol=1e-6)
@@ -158,9 +158,16 @@ def test_unknown_texture_is_middle_grey():
 def test_unsupported_inputs_are_reported():
     b = Builder()
     b.add("ShaderNodeBsdfPrincipled", {"BSDF": "SHADER"}, {"distribution": "GGX"}, Sheen_Weight=("VALUE", 0.5),
-          Subsurface_Weight=("VALUE", 0.0))
+          Thin_Film_Thickness=("VALUE", 300.0), Subsurface_Weight=("VALUE", 0.0))
     b.program()
-    assert ["Sheen Weight" in str(issue) for issue in b.issues] == [True]
+    assert ["Thin Film Thickness" in str(issue) for issue in b.issues] == [True]
+
+
+def test_subsurface_is_reported_as_diffuse():
+    b = Builder()
+    b.add("ShaderNodeBsdfPrincipled", {"BSDF": "SHADER"}, {"distribution": "GGX"}, Subsurface_Weight=("VALUE", 0.5))
+    b.program()
+    assert ["subsurface scattering is not simulated" in str(issue) for issue in b.issues] == [True]
 
 
 def test_no_output_is_black():

@@ -1,0 +1,64 @@
+"""The lobes that are neither matte nor facets: SHEEN, VELVET, TOON, TOON_GLOSSY. Values are for unit weight.
+
+Their f is not the same from both sides; photons (adjoint) see it with the way they go as the view. They sample the
+cosine, since the cones of eye paths do not cover what a photon may do.
+"""
+
+from __future__ import annotations
+
+from ..jit import kernel
+from ..vec import dot
+from .diffuse import INV_PI, sample_cosine
+from .layout import ROUGHNESS, SHEEN, TOON, TOON_GLOSSY
+from .reflect import BLACK
+from .sheen import cloth_value, sheen_density, sheen_direction
+from .toon import toon_direction, toon_value
+
+
+@kernel
+def odd_pdf_w(rows, row, k, n, wo, wi, adjoint):
+    """Density of `sample_odd`."""
+    kind = rows.kind[row, k]
+    cos = dot(n, wi)
+    if cos <= 0.0 or dot(n, wo) <= 0.0:
+        return 0.0
+    if kind == TOON_GLOSSY or (kind == TOON and not adjoint):
+        return toon_value(rows, row, k, n, wo, wi)[1]
+    if kind == SHEEN and not adjoint:
+        return cos * sheen_density(float(rows.params[row, k, ROUGHNESS]), n, wo, wi)
+    return cos * INV_PI
+
+
+@kernel
+def eval_odd(rows, row, k, n, wo, wi, adjoint):
+    """(f rgb without cosine [1/sr], pdf_w of `sample_odd`); n on the side of wo."""
+    pdf = odd_pdf_w(rows, row, k, n, wo, wi, adjoint)
+    if adjoint:
+        wo, wi = wi, wo
+    kind = rows.kind[row, k]
+    if kind == TOON or kind == TOON_GLOSSY:
+        f, _ = toon_value(rows, row, k, n, wo, wi)
+    else:
+        f = cloth_value(rows, row, k, n, wo, wi)
+    return (f, f, f), pdf
+
+
+@kernel
+def sample_odd(rows, row, k, n, ng, wo, u, adjoint):
+    """Direction of an odd lobe: (ok, wi, f cos / pdf rgb, pdf_w); n, ng on the side of wo, u[1], u[2] are used."""
+    if dot(n, wo) <= 0.0:
+        return False, wo, BLACK, 0.0
+    kind = rows.kind[row, k]
+    if kind == TOON_GLOSSY or (kind == TOON and not adjoint):
+        wi = toon_direction(rows, row, k, n, wo, u[1], u[2])
+    elif kind == SHEEN and not adjoint:
+        wi = sheen_direction(float(rows.params[row, k, ROUGHNESS]), n, wo, u[1], u[2])
+    else:
+        wi = sample_cosine(n, u[1], u[2])
+    if dot(ng, wi) <= 0.0:
+        return False, wi, BLACK, 0.0
+    f, pdf = eval_odd(rows, row, k, n, wo, wi, adjoint)
+    if pdf <= 0.0:
+        return False, wi, BLACK, 0.0
+    s = f[0] * dot(n, wi) / pdf
+    return True, wi, (s, s, s), pdf
