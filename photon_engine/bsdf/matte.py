@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from ..jit import kernel
+from ..jit import inlined, kernel
 from ..vec import dot, scale
 from .albedo import field3
 from .diffuse import INV_PI, oren_nayar, sample_cosine
@@ -75,17 +75,18 @@ def sample_matte(rows, row, k, n, ng, wo, u, adjoint):
     return True, wi, scale(f, math.pi * s), pdf
 
 
-@kernel
+@inlined
 def sample_lambert(ns, ng, wo, weight, u, adjoint):
-    """`surface.sample` for a row that is one Lambert lobe about ns: the same numbers, fewer steps."""
+    """`surface.sample` for a row that is one Lambert lobe about ns: the same numbers, fewer steps.
+
+    Without branches, so that loops over it become vector instructions.
+    """
     height = dot(ng, wo)
-    side = 1.0 if height >= 0.0 else -1.0
+    side = math.copysign(1.0, height)
     about = ng if adjoint else ns
     wi = sample_cosine((side * about[0], side * about[1], side * about[2]), u[1], u[2])
     cos = side * dot(about, wi)
     lit = side * (dot(ns, wo) if adjoint else dot(ng, wi))
-    if cos <= 0.0 or lit <= 0.0:
-        return False, wi, BLACK, 0.0, 1.0
     if adjoint:
         weight = scale(weight, shading_ratio(lit, height))
-    return True, wi, weight, cos * INV_PI, 1.0
+    return min(cos, lit) > 0.0, wi, weight, cos * INV_PI, 1.0

@@ -20,23 +20,54 @@ def surface_point(geometry, prim, u, v):
 
     A triangle without area has no normal and Embree never returns it.
     """
-    a = load3(geometry.positions, geometry.triangles[prim, 0])
-    b = load3(geometry.positions, geometry.triangles[prim, 1])
-    c = load3(geometry.positions, geometry.triangles[prim, 2])
+    a, b, c = corners(geometry, prim)
+    ng = face_normal(a, b, c)
+    return between(a, b, c, u, v), ng, unit_or(smooth_normal(geometry, prim, u, v), ng)
+
+
+@kernel
+def corners(geometry, prim):
+    """The three corners of a triangle."""
+    t = geometry.triangles
+    p = geometry.positions
+    return load3(p, t[prim, 0]), load3(p, t[prim, 1]), load3(p, t[prim, 2])
+
+
+@kernel
+def between(a, b, c, u, v):
+    """The point of the triangle a, b, c with barycentric weights u of b and v of c."""
     w = 1.0 - u - v
-    p = (w * a[0] + u * b[0] + v * c[0], w * a[1] + u * b[1] + v * c[1], w * a[2] + u * b[2] + v * c[2])
-    ng = normalize(cross(sub(b, a), sub(c, a)))
+    return (w * a[0] + u * b[0] + v * c[0], w * a[1] + u * b[1] + v * c[1], w * a[2] + u * b[2] + v * c[2])
+
+
+@kernel
+def face_normal(a, b, c):
+    """Unit normal of the triangle a, b, c, by its corners' order."""
+    return normalize(cross(sub(b, a), sub(c, a)))
+
+
+@kernel
+def smooth_normal(geometry, prim, u, v):
+    """Interpolated normal of the corners, not of unit length; zero for a flat triangle."""
     row = geometry.normal_row[prim]
-    ns = ng
-    if row >= 0:
-        m = geometry.normals[row]
-        x = w * m[0, 0] + u * m[1, 0] + v * m[2, 0]
-        y = w * m[0, 1] + u * m[1, 1] + v * m[2, 1]
-        z = w * m[0, 2] + u * m[1, 2] + v * m[2, 2]
-        size = math.sqrt(x * x + y * y + z * z)
-        if size > 0.0:
-            ns = (x / size, y / size, z / size)
-    return p, ng, ns
+    if row < 0:
+        return (0.0, 0.0, 0.0)
+    m = geometry.normals
+    w = 1.0 - u - v
+    return (
+        w * m[row, 0, 0] + u * m[row, 1, 0] + v * m[row, 2, 0],
+        w * m[row, 0, 1] + u * m[row, 1, 1] + v * m[row, 2, 1],
+        w * m[row, 0, 2] + u * m[row, 1, 2] + v * m[row, 2, 2],
+    )
+
+
+@kernel
+def unit_or(n, other):
+    """N / |n|, or the other vector where n is zero."""
+    size = math.sqrt(dot(n, n))
+    if size > 0.0:
+        return (n[0] / size, n[1] / size, n[2] / size)
+    return other
 
 
 @kernel

@@ -63,8 +63,6 @@ def head(batch, n: int):
     return type(batch)(*(field[:n] for field in batch))
 
 
-def join(parts: list[Deposits]) -> Deposits:
-    """Deposits of all chunks, in the chunks' order."""
-    if not parts:
-        return empty_deposits(0)
-    return Deposits(*(np.concatenate(fields) for fields in zip(*parts, strict=True)))
+def join(parts: list):
+    """Batches of one kind as one, in their order; there is at least one."""
+    return type(parts[0])(*(np.concatenate(fields) for fields in zip(*parts, strict=True)))

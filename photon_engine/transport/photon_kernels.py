@@ -6,23 +6,22 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..bsdf.layering import is_lambert
 from ..bsdf.layout import CLASS_ROUGH, CLASS_SHARP, LobeRows
-from ..bsdf.surface import prepare, sample
+from ..bsdf.surface import prepare_any, sample_any
 from ..geometry.flatten import Geometry
 from ..geometry.surface import offset_origin, surface_point
 from ..jit import inlined, kernel
 from ..lights.emit import dark_distance, emit_photon
 from ..lights.select import pick
 from ..lights.targets import emit_aimed
-from ..photons.batch import MAX_ROUGH, ONE_ROUGH, SEEN_SHARP
+from ..photons.batch import ONE_ROUGH, SEEN_SHARP
 from ..photons.packing import pack_direction
 from ..sampling.rng import DIMENSIONS_PER_BOUNCE, path_key, shifted, uniform
-from ..vec import add, dot, load3, max3, scale, store3, sub
+from ..vec import dot, load3, madd, mul, scale, store3, sub
+from .matte_kernels import LANES, Lanes, deposit_lanes, launch_lanes, load_lanes, place, scatter
 from .media import Media, after_surface
-
-CAUSTIC = 0  # store L S+ D, stop at the first D
-DIFFUSE = 1  # store every D after the first D; go on
-GLOBAL = 2  # store every D, for final gathering; go on
+from .photon_rules import CAUSTIC, after_rough, roulette, stores
 
 # rows of the energy tally
 EMITTED, ABSORBED, ESCAPED, DROPPED = 0, 1, 2, 3
@@ -123,81 +122,110 @@ def choose_class(p_null, p_sharp, p_rough, u):
     return (1, p_sharp / total, 0.5) if p_sharp > 0.0 else (2, p_rough / total, 0.5)
 
 
-@kernel
-def stores(mode, seen):
-    """Whether a photon that arrives at a rough lobe with this history belongs into the map of this mode."""
-    if mode == CAUSTIC:
-        return seen == SEEN_SHARP
-    if mode == DIFFUSE:
-        return seen >= ONE_ROUGH
-    return True
+class Leg(NamedTuple):
+    """One bounce of a batch of photons, and work space for it."""
+
+    mode: int  # CAUSTIC, DIFFUSE or GLOBAL
+    bounce: int
+    lanes: Lanes
+    matte: np.ndarray  # (n,) i32, which photons hit a Lambert surface
+    other: np.ndarray  # (n,) i32, which hit any other surface
 
 
 @kernel
-def photon_step(laws, surfaces, photons, mode, bounce, deposits, stored, tally):
-    """Carry photons through their hits; out: how many go on (compacted to the front), how many are now stored.
+def photon_step(laws, leg, surfaces, photons, out, deposits, stored, tally):
+    """Carry photons through their hits; out: how many go on, how many are now stored.
 
-    `deposits` has room for len(photons) more than `stored`.
+    Those that go on are the first of `out`, which has room for len(photons) + 1; `deposits` has for as many more than
+    are stored. First those from Lambert surfaces, then the others, each in the order that they had.
     """
-    geometry, rows = surfaces.geometry, surfaces.rows
-    scratch = surfaces.scratch
-    absorbed, escaped = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    absorbed = (0.0, 0.0, 0.0)
+    n_matte, n_other = sort_hits(surfaces, photons, leg, tally)
     alive = 0
+    for first in range(0, n_matte, LANES):
+        index = leg.matte[first : min(first + LANES, n_matte)]
+        load_lanes(leg.lanes, index, surfaces, photons)
+        place(leg.lanes)
+        stored = deposit_lanes(leg.lanes, len(index), leg.mode, deposits, stored)
+        if leg.mode != CAUSTIC:
+            scatter(leg.lanes, laws.reach, leg.bounce)
+            alive, gone = launch_lanes(leg.lanes, len(index), laws.max_rough, out, alive)
+            absorbed = sub(absorbed, gone)
+    for k in range(n_other):
+        i = leg.other[k]
+        alive, stored, gone = _any_hit(laws, leg, surfaces, photons, i, out, alive, deposits, stored)
+        absorbed = sub(absorbed, gone)
+    for c in range(3):
+        tally[ABSORBED, c] += absorbed[c]
+    return alive, stored
+
+
+@kernel
+def sort_hits(surfaces, photons, leg, tally):
+    """List the photons on Lambert surfaces and those on others in `leg`; out: how many each.
+
+    The flux of those that hit nothing, or too near to a soft lamp, is counted, that of all hits as absorbed.
+    """
+    n_matte, n_other = 0, 0
+    absorbed, escaped = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     for i in range(len(photons.key)):
+        hit = surfaces.prim[i] >= 0
         phi = load3(photons.phi, i)
-        if surfaces.prim[i] < 0:
-            escaped = add(escaped, phi)
-            continue
-        absorbed = add(absorbed, phi)
-        if surfaces.t[i] < photons.dark[i]:
-            continue
-        p, ng, ns = surface_point(geometry, surfaces.prim[i], float(surfaces.u[i]), float(surfaces.v[i]))
-        wo = scale(load3(photons.d, i), -1.0)
-        row = surfaces.row[i]
-        p_null, p_sharp, p_rough = prepare(rows, row, ns, ng, wo, laws.threshold, scratch)
-        seen = photons.seen[i]
-        if p_rough > 0.0 and stores(mode, seen):
-            store3(deposits.position, stored, p)
-            store3(deposits.flux, stored, phi)
-            deposits.wi[stored] = pack_direction(wo)
-            deposits.normal[stored] = pack_direction(ng if dot(wo, ng) >= 0.0 else scale(ng, -1.0))
-            deposits.seen[stored] = seen
-            stored += 1
-        if mode == CAUSTIC or seen // ONE_ROUGH >= laws.max_rough:
-            p_rough = 0.0
-        key = photons.key[i]
-        go_on, wi, phi_out, cls = _scatter(
-            rows, row, (ns, ng, wo), (p_null, p_sharp, p_rough), laws.threshold, scratch, phi, key, bounce
-        )
-        if not go_on:
-            continue
-        absorbed = sub(absorbed, phi_out)
-        if len(photons.inside):
-            beyond = after_surface(laws.media, photons.inside[i], surfaces.prim[i], dot(ng, wo), dot(ng, wi))
-            photons.inside[alive] = beyond
-        store3(photons.o, alive, offset_origin(p, ng, wi, laws.reach))
-        store3(photons.d, alive, wi)
-        store3(photons.phi, alive, phi_out)
-        photons.key[alive] = key
-        photons.dark[alive] = max(photons.dark[i] - surfaces.t[i], 0.0)
-        if cls == CLASS_SHARP:
-            seen |= SEEN_SHARP
-        elif cls == CLASS_ROUGH and seen // ONE_ROUGH < MAX_ROUGH:
-            seen += ONE_ROUGH
-        photons.seen[alive] = seen
-        alive += 1
+        absorbed = madd(absorbed, 1.0 if hit else 0.0, phi)
+        escaped = madd(escaped, 0.0 if hit else 1.0, phi)
+        lit = hit & (surfaces.t[i] >= photons.dark[i])
+        matte = is_lambert(surfaces.rows, surfaces.row[i])
+        leg.matte[n_matte] = i
+        leg.other[n_other] = i
+        n_matte += 1 if lit & matte else 0
+        n_other += 1 if lit & (not matte) else 0
     for c in range(3):
         tally[ABSORBED, c] += absorbed[c]
         tally[ESCAPED, c] += escaped[c]
-    return alive, stored
+    return n_matte, n_other
+
+
+@inlined
+def _any_hit(laws, leg, surfaces, photons, i, out, alive, deposits, stored):
+    """Carry photon i through its hit on any surface; out: now alive, now stored, flux that goes on."""
+    rows, row, scratch = surfaces.rows, surfaces.row[i], surfaces.scratch
+    p, ng, ns = surface_point(surfaces.geometry, surfaces.prim[i], float(surfaces.u[i]), float(surfaces.v[i]))
+    phi = load3(photons.phi, i)
+    wo = scale(load3(photons.d, i), -1.0)
+    p_null, p_sharp, p_rough = prepare_any(rows, row, ns, ng, wo, laws.threshold, scratch)
+    seen, key = photons.seen[i], photons.key[i]
+    if p_rough > 0.0 and stores(leg.mode, seen):
+        store3(deposits.position, stored, p)
+        store3(deposits.flux, stored, phi)
+        deposits.wi[stored] = pack_direction(wo)
+        deposits.normal[stored] = pack_direction(ng if dot(wo, ng) >= 0.0 else scale(ng, -1.0))
+        deposits.seen[stored] = seen
+        stored += 1
+    if leg.mode == CAUSTIC or seen // ONE_ROUGH >= laws.max_rough:
+        p_rough = 0.0
+    goes_on, wi, phi, cls = _scatter(
+        rows, row, (ns, ng, wo), (p_null, p_sharp, p_rough), laws.threshold, scratch, phi, key, leg.bounce
+    )
+    if not goes_on:
+        return alive, stored, (0.0, 0.0, 0.0)
+    if len(photons.inside):
+        out.inside[alive] = after_surface(laws.media, photons.inside[i], surfaces.prim[i], dot(ng, wo), dot(ng, wi))
+    store3(out.o, alive, offset_origin(p, ng, wi, laws.reach))
+    store3(out.d, alive, wi)
+    store3(out.phi, alive, phi)
+    out.key[alive] = key
+    out.dark[alive] = 0.0
+    if cls == CLASS_SHARP:
+        seen |= SEEN_SHARP
+    elif cls == CLASS_ROUGH:
+        seen = after_rough(seen)
+    out.seen[alive] = seen
+    return alive + 1, stored, phi
 
 
 @inlined
 def _scatter(rows, row, frame, weights, threshold, scratch, phi, key, bounce):
-    """Next direction and flux of a photon, or its end by Russian roulette.
-
-    The survivors' strongest channel keeps its flux, so photons stay about equally strong [Jensen 2001, 5.2].
-    """
+    """Next direction and flux of a photon, or its end by Russian roulette."""
     nothing = (False, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0)
     if weights[0] + weights[1] + weights[2] <= 0.0:
         return nothing
@@ -205,14 +233,8 @@ def _scatter(rows, row, frame, weights, threshold, scratch, phi, key, bounce):
     cls, p_class, u0 = choose_class(weights[0], weights[1], weights[2], uniform(key, dim))
     ns, ng, wo = frame
     u = (u0, uniform(key, dim + 1), uniform(key, dim + 2))
-    ok, wi, weight, _, _ = sample(rows, row, ns, ng, wo, cls, scratch, u, 1, threshold)
+    ok, wi, weight, _, _ = sample_any(rows, row, ns, ng, wo, cls, scratch, u, 1)
     if not ok:
         return nothing
-    out = (phi[0] * weight[0] / p_class, phi[1] * weight[1] / p_class, phi[2] * weight[2] / p_class)
-    before, after = max3(phi), max3(out)
-    if after <= 0.0:
-        return nothing
-    survival = min(1.0, after / before)
-    if uniform(key, dim + 3) >= survival:
-        return nothing
-    return True, wi, scale(out, 1.0 / survival), cls
+    survives, out = roulette(phi, scale(mul(phi, weight), 1.0 / p_class), uniform(key, dim + 3))
+    return survives, wi, out, cls

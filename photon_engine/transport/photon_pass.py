@@ -5,17 +5,22 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import Executor
 from functools import lru_cache, partial
+from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import qmc
 
-from ..photons.batch import Deposits, empty_deposits, empty_photons, head, join
+from ..photons.batch import Deposits, Photons, empty_deposits, empty_photons, head, join
 from ..sampling.rng import STREAM_CAUSTIC, STREAM_DIFFUSE, make_key
-from .photon_kernels import ABSORBED, CAUSTIC, DROPPED, emit_at_targets, emit_everywhere, photon_step
+from .matte_kernels import empty_lanes
+from .photon_kernels import ABSORBED, DROPPED, Leg, emit_at_targets, emit_everywhere, photon_step
+from .photon_rules import CAUSTIC
 from .render_scene import RenderScene
 
 EMIT_DIMENSIONS = 6  # which light, which target, two for the point, two for the direction
 CHUNK = 16384  # photons carried together: large enough to hide Python, small enough to stay in cache
+LEAST = 1024  # fewer are one chunk
 
 
 @lru_cache(maxsize=4)
@@ -42,13 +47,43 @@ def trace_photons(
 ) -> tuple[Deposits, np.ndarray, int]:
     """All photons of a run; the result does not depend on the pool.
 
-    out : deposits in the order of the photons; energy tally (4, 3) [W]: emitted, absorbed, escaped, dropped; how many
-    rays were traced.
+    out : deposits; energy tally (4, 3) [W]: emitted, absorbed, escaped, dropped; how many rays were traced.
     """
-    starts = range(0, run.total, CHUNK)
-    results = list(pool.map(partial(_trace_chunk, scene, run, cancelled), starts))
-    tally = sum((result[1] for result in results), np.zeros((4, 3)))
-    return join([result[0] for result in results]), tally, sum(result[2] for result in results)
+    deposits, tally, rays = [empty_deposits(0)], np.zeros((4, 3)), 0
+    waiting: list = deal(run.total)
+    for bounces in generations(run.max_bounces):
+        if not waiting:
+            break
+        carried = list(pool.map(partial(_carry, scene, run, cancelled, bounces), waiting))
+        deposits += [item.deposits for item in carried]
+        tally = sum((item.tally for item in carried), tally)
+        rays += sum(item.rays for item in carried)
+        left = join([item.left for item in carried])
+        waiting = [Photons(*(field[part.start : part.stop] for field in left)) for part in deal(len(left.key))]
+    for photons in waiting:
+        tally[DROPPED] += photons.phi.sum(axis=0, dtype=np.float64)
+    return join(deposits), tally, rays
+
+
+def deal(total: int) -> list[range]:
+    """Even shares of at most CHUNK of 0 ... total - 1, an even number of them unless there is but one."""
+    if total <= LEAST:
+        return [range(total)] if total > 0 else []
+    count = 2 * -(-total // (2 * CHUNK))
+    edges = [total * k // count for k in range(count + 1)]
+    return [range(first, last) for first, last in pairwise(edges)]
+
+
+def generations(max_bounces: int) -> list[range]:
+    """Bounces 0, 1, ... in spans that end at 2, 4, 8, ...
+
+    After each span the photons that are left of all chunks are dealt out anew: chunks of their own would be carried on
+    with a few photons each, where Python costs more than the rays.
+    """
+    edges = [0]
+    while edges[-1] < max_bounces:
+        edges.append(min(max(2, 2 * edges[-1]), max_bounces))
+    return [range(first, last) for first, last in pairwise(edges)]
 
 
 def run_for(settings, iteration: int, mode: int) -> PhotonRun:
@@ -58,31 +93,50 @@ def run_for(settings, iteration: int, mode: int) -> PhotonRun:
     return PhotonRun(mode, total, make_key(settings.seed, iteration, stream), settings.max_bounces)
 
 
-def _trace_chunk(scene: RenderScene, run: PhotonRun, cancelled: Callable[[], bool], first: int):
-    """One chunk of photons from their lights to their ends."""
-    n = min(CHUNK, run.total - first)
+class Carried(NamedTuple):
+    """What became of a chunk of photons in a span of bounces."""
+
+    deposits: Deposits
+    left: Photons
+    tally: np.ndarray
+    rays: int
+
+
+def _carry(
+    scene: RenderScene, run: PhotonRun, cancelled: Callable[[], bool], bounces: range, source: Photons | range
+) -> Carried:
+    """Carry a chunk of photons, or those to be emitted with these numbers, over a span of bounces."""
     tally = np.zeros((4, 3))
-    photons = empty_photons(n, scene.absorbs)
-    if run.mode == CAUSTIC:
-        emit_at_targets(scene.lights, scene.targets, scene.laws.media, run.points, run.key, first, photons, tally)
-    else:
-        emit_everywhere(scene.lights, scene.laws.media, run.points, run.key, first, photons, tally)
-    deposits, stored, rays = empty_deposits(2 * n), 0, 0
-    for bounce in range(run.max_bounces):
-        if cancelled():
+    photons = _emitted(scene, run, source, tally) if isinstance(source, range) else source
+    n = len(photons.key)
+    deposits, stored, rays = empty_deposits(n + 1), 0, 0
+    lanes, matte, other = empty_lanes(), np.empty(n + 1, np.int32), np.empty(n + 1, np.int32)
+    spare = empty_photons(n + 1, scene.absorbs), empty_photons(n + 1, scene.absorbs)
+    for bounce in bounces:
+        if n == 0 or cancelled():
             break
         surfaces = scene.surfaces(photons.o, photons.d, is_photon=True)
         rays += n
         if scene.absorbs:
             tally[ABSORBED] += scene.absorb(photons.inside, surfaces, photons.phi)
-        if stored + n > len(deposits.wi):
-            deposits = _grown(deposits, stored, n)
-        n, stored = photon_step(scene.laws, surfaces, photons, run.mode, bounce, deposits, stored, tally)
-        photons = head(photons, n)
-        if n == 0:
-            break
-    tally[DROPPED] += photons.phi.sum(axis=0, dtype=np.float64)
-    return head(deposits, stored), tally, rays
+        if stored + n >= len(deposits.wi):
+            deposits = _grown(deposits, stored, n + 1)
+        leg = Leg(run.mode, bounce, lanes, matte, other)
+        out = spare[bounce % 2]
+        n, stored = photon_step(scene.laws, leg, surfaces, photons, out, deposits, stored, tally)
+        photons = head(out, n)
+    return Carried(head(deposits, stored), photons, tally, rays)
+
+
+def _emitted(scene: RenderScene, run: PhotonRun, numbers: range, tally: np.ndarray) -> Photons:
+    """Photons with these numbers, leaving their lights."""
+    photons = empty_photons(len(numbers), scene.absorbs)
+    media = scene.laws.media
+    if run.mode == CAUSTIC:
+        emit_at_targets(scene.lights, scene.targets, media, run.points, run.key, numbers.start, photons, tally)
+    else:
+        emit_everywhere(scene.lights, media, run.points, run.key, numbers.start, photons, tally)
+    return photons
 
 
 def _grown(deposits: Deposits, stored: int, more: int) -> Deposits:

@@ -18,8 +18,8 @@ from ..sampling.rng import STREAM_PILOT, make_key
 from ..settings import Settings
 from .eye_kernels import camera_rays, empty_paths, empty_points, empty_tile, eye_step
 from .eye_pass import region_of
-from .photon_kernels import CAUSTIC, DIFFUSE
 from .photon_pass import PhotonRun, trace_photons
+from .photon_rules import CAUSTIC, DIFFUSE
 from .render_scene import RenderScene
 
 PILOT_PHOTONS = 16384

@@ -27,8 +27,8 @@ from .clock import Clock
 from .eye_kernels import empty_tile
 from .eye_pass import EyeRun, Maps, render_tiles
 from .gather_kernels import Radius
-from .photon_kernels import CAUSTIC, DIFFUSE, GLOBAL
 from .photon_pass import run_for, trace_photons
+from .photon_rules import CAUSTIC, DIFFUSE, GLOBAL
 from .pilot import Pilot, run_pilot
 from .render_scene import RenderScene
 
