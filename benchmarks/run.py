@@ -72,7 +72,7 @@ def bare_embree(renderer, mode: int, iteration: int, pool) -> tuple[float, int]:
 def trace_speed(scene, settings, repeats: int = 5) -> dict:
     """Photon passes against bare Embree, and two threads against one."""
     from photon_engine.issues import IssueLog
-    from photon_engine.transport.photon_kernels import DIFFUSE
+    from photon_engine.transport.photon_rules import DIFFUSE
     from photon_engine.transport.renderer import Renderer
 
     renderer = Renderer(scene, settings, IssueLog())
