@@ -24,6 +24,7 @@ ERROR_NAMES = (*LIGHT_NAMES, "Combined")
 BIAS_FACTOR = 2.0**0.5  # 1 where light is smooth, 2 across an edge: wrong by at most 1.41 either way
 BIAS_WINDOW = 9  # [px] side of the neighbourhood that the squared bias is averaged over
 NOISE_WINDOW = 5  # [px] side of the neighbourhood that lends its variance where few passes saw light
+SPREAD_WINDOW = 3  # [px] the same for figures of the picture, where a wider one would multiply single bright pixels
 FLOOR = 0.1  # of the pass's mean: what is darker counts as this bright, or black pixels would have infinite errors
 FLOOR_OF_COMBINED = 0.01  # nor does a pass count as darker than this part of all light: nobody would see its error
 CONFIDENCE = 0.95
@@ -120,11 +121,10 @@ def picture_error(film: Film, name: str, share: float = CONFIDENCE) -> PassError
         return PassError(0.0, 0.0, 0.0, 0.0)
     noise2 = (squared_noise(film, name) / scale2).mean(axis=2)
     bias2 = (squared_bias(film, name) / scale2).mean(axis=2)
-    # the own variance of a pixel with few passes is a gamble: its neighbours' mean tells better the share far off
-    spread = np.sqrt(np.maximum(box((noise2 + bias2)[:, :, None], NOISE_WINDOW), 0.0))  # box rounds
-    error = np.sqrt(capped_square(np.sqrt(noise2 + bias2)).mean())
-    return PassError(*(float(x) for x in (np.sqrt(noise2.mean()), np.sqrt(bias2.mean()), error)),
-                     quantile_of_errors(spread, share))  # fmt: skip
+    # the own variance of a pixel with few passes is a gamble, and 0 where it saw no light yet: ask its neighbours
+    spread = np.sqrt(np.maximum(box((noise2 + bias2)[:, :, None], SPREAD_WINDOW), 0.0))  # box rounds
+    rms = (float(np.sqrt(square.mean())) for square in (noise2, bias2, capped_square(spread)))
+    return PassError(*rms, quantile_of_errors(spread, share))
 
 
 def capped_square(spread: np.ndarray) -> np.ndarray:
