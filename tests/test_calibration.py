@@ -1,4 +1,4 @@
-"""The claimed errors against the true ones, for each component of every sample: long runs of sample_blends/components.py."""
+"""The claimed errors against the true ones, for each component of every sample: runs of sample_blends/components.py."""
 
 import numpy as np
 import pytest
@@ -36,7 +36,7 @@ class Snapshots(Listener):
 
 
 def judge(film, name, truth):
-    """Part of the pixels inside their interval, the claimed error and the true one, which holds the long run's noise."""
+    """Part of the pixels inside their interval; the error claimed; the true one, with the long run's own noise."""
     reference, se = truth.mean[name].astype(float), truth.se[name].astype(float)
     difference = np.abs(film.mean(name) - reference)
     inside = difference <= error_map(film, name).interval + 1.96 * se
