@@ -17,6 +17,8 @@ from .layout import (
     COLOR_B,
     DIFFUSE,
     EMISSION,
+    FRESNEL,
+    FRESNEL_NONE,
     GLASS,
     GROUP,
     HAS_NORMAL,
@@ -56,15 +58,17 @@ def lobe_class(rows, row, k, threshold):
 
 @kernel
 def is_plain(rows, row):
-    """Whether the row is a single lobe whose weight is the same from all sides: Lambert, or evenly tinted glass."""
+    """Whether the row is one lobe of the same weight from all sides: Lambert, evenly tinted glass, plain mirror."""
     if rows.kind.shape[1] > 1 and rows.kind[row, 1] != NONE:
         return False
     kind = rows.kind[row, 0]
     if kind == DIFFUSE:
         return True
     p = rows.params
-    if kind != GLASS or (p[row, 0, MULTISCATTER] != 0.0 and p[row, 0, ROUGHNESS] >= 0.01):
+    if (kind != GLASS and kind != REFLECT) or (p[row, 0, MULTISCATTER] != 0.0 and p[row, 0, ROUGHNESS] >= 0.01):
         return False
+    if kind == REFLECT:
+        return p[row, 0, FRESNEL] == FRESNEL_NONE
     return (
         p[row, 0, COLOR_A] == p[row, 0, COLOR_B]
         and p[row, 0, COLOR_A + 1] == p[row, 0, COLOR_B + 1]

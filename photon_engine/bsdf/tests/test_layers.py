@@ -158,9 +158,12 @@ def test_smooth_surfaces_reflect_at_grazing():
 
 @pytest.mark.parametrize("adjoint", [0, 1])
 @pytest.mark.parametrize("mu", [0.6, -0.6, -0.9])
-@pytest.mark.parametrize("make", [lambda w: recipes.diffuse(w), lambda w: recipes.glass(w, 0.0, 1.5)])
+@pytest.mark.parametrize(
+    "make",
+    [lambda w: recipes.diffuse(w), lambda w: recipes.glass(w, 0.0, 1.5), lambda w: recipes.glossy(w, 0.0)],
+)
 def test_short_cuts_change_nothing(make, mu, adjoint):
-    """A lone Lambert or clear glass lobe takes another way through the code than two halves of it."""
+    """A lone Lambert, clear glass or mirror lobe takes another way through the code than two halves of it."""
     n = 500
     u = np.random.default_rng(8).random((n, 3))
     tint = np.array(TINT)

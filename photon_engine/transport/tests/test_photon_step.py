@@ -1,0 +1,118 @@
+"""Lambert hits in blocks equal their laws one by one; chunks and spans of bounces leave nothing out."""
+
+import numpy as np
+import pytest
+
+from ...bsdf.layout import DIFFUSE as MATTE
+from ...bsdf.layout import LobeRows
+from ...bsdf.matte import sample_lambert
+from ...geometry.flatten import Geometry
+from ...geometry.surface import offset_origin, surface_point
+from ...photons.batch import ONE_ROUGH, SEEN_SHARP, empty_deposits, empty_photons
+from ...photons.packing import pack_direction
+from ...sampling.rng import DIMENSIONS_PER_BOUNCE, uniform
+from ..matte_kernels import LANES, empty_lanes
+from ..media import no_media
+from ..photon_kernels import ABSORBED, ESCAPED, Laws, Leg, Surfaces, photon_step
+from ..photon_pass import CHUNK, LEAST, deal, generations
+from ..photon_rules import CAUSTIC, DIFFUSE, GLOBAL, stores
+
+N = 3 * LANES + 5
+BOUNCE = 3
+COLOR = np.array([0.7, 0.5, 0.2], np.float32)
+MAX_ROUGH = 3
+
+
+def batch(seed: int = 1):
+    """Photons that meet random triangles, half of them smooth, a fifth of them nothing, one too near to its lamp."""
+    rng = np.random.default_rng(seed)
+    triangles = np.arange(3 * N, dtype=np.int32).reshape(N, 3)
+    positions = rng.normal(size=(3 * N, 3)).astype(np.float32)
+    corner = positions.reshape(N, 3, 3)
+    ng = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    ng /= np.linalg.norm(ng, axis=1, keepdims=True)
+    normals = (ng[:, None] + 0.3 * rng.normal(size=(N, 3, 3))).astype(np.float32)
+    normals /= np.linalg.norm(normals, axis=2, keepdims=True)
+    zero = np.zeros(N, np.int32)
+    row_of_normal = np.where(np.arange(N) % 2, np.arange(N), -1).astype(np.int32)
+    geometry = Geometry(positions, triangles, row_of_normal, normals, zero, zero)
+    rows = LobeRows(np.zeros((1, 2), np.int32), np.zeros((1, 2, 40), np.float32))
+    rows.kind[0, 0] = MATTE
+    rows.params[0, 0, :3] = COLOR
+    prim = np.where(rng.random(N) < 0.2, -1, np.arange(N)).astype(np.int32)
+    uv = (0.5 * rng.random((2, N))).astype(np.float32)
+    surfaces = Surfaces(geometry, rows, zero, prim, uv[0], uv[1], np.ones(N, np.float32), np.empty((2, 8)))
+    photons = empty_photons(N)
+    photons.o[:] = 0.0
+    d = rng.normal(size=(N, 3))
+    photons.d[:] = d / np.linalg.norm(d, axis=1, keepdims=True)
+    photons.phi[:] = rng.random((N, 3)) + 0.1
+    photons.key[:] = rng.integers(0, 2**63, N, dtype=np.uint64)
+    photons.seen[:] = rng.choice([0, SEEN_SHARP, ONE_ROUGH, ONE_ROUGH + SEEN_SHARP, MAX_ROUGH * ONE_ROUGH], N)
+    photons.dark[np.flatnonzero(prim >= 0)[0]] = 2.0
+    return surfaces, photons
+
+
+def one_by_one(surfaces, photons, mode: int):
+    """The law, photon by photon: deposits [(position, flux, wi, normal)], survivors [(key, o, d, phi, seen)]."""
+    deposits, survivors = [], []
+    for i in range(N):
+        if surfaces.prim[i] < 0 or surfaces.t[i] < photons.dark[i]:
+            continue
+        p, ng, ns = surface_point(surfaces.geometry, surfaces.prim[i], float(surfaces.u[i]), float(surfaces.v[i]))
+        phi, wo = photons.phi[i].astype(float), tuple(-photons.d[i].astype(float))
+        seen, key = int(photons.seen[i]), photons.key[i]
+        if stores(mode, seen):
+            side = ng if np.dot(ng, wo) >= 0.0 else tuple(-np.array(ng))
+            deposits.append((p, phi, pack_direction(wo), pack_direction(side)))
+        if mode == CAUSTIC or seen // ONE_ROUGH >= MAX_ROUGH:
+            continue
+        u = [uniform(key, (BOUNCE + 1) * DIMENSIONS_PER_BOUNCE + k) for k in range(4)]
+        ok, wi, weight, _, _ = sample_lambert(ns, ng, wo, tuple(COLOR.astype(float)), (u[0], u[1], u[2]), 1)
+        out = phi * weight
+        survival = min(1.0, out.max() / phi.max())
+        if ok and u[3] < survival:
+            survivors.append((key, offset_origin(p, ng, wi, 2.0), wi, out / survival, seen + ONE_ROUGH))
+    return deposits, survivors
+
+
+@pytest.mark.parametrize("mode", [CAUSTIC, DIFFUSE, GLOBAL])
+def test_blocks_equal_the_law_one_by_one(mode):
+    """Kernel and law differ by rounding to single precision alone: 3e-7 of numbers of order 1."""
+    surfaces, photons = batch()
+    laws = Laws(0.05, 2.0, MAX_ROUGH, np.zeros(1, np.float32), no_media())
+    leg = Leg(mode, BOUNCE, empty_lanes(), np.empty(N + 1, np.int32), np.empty(N + 1, np.int32))
+    out, deposits, tally = empty_photons(N + 1), empty_deposits(N + 1), np.zeros((4, 3))
+    alive, stored = photon_step(laws, leg, surfaces, photons, out, deposits, 0, tally)
+    kept, survivors = one_by_one(surfaces, photons, mode)
+    assert (stored, alive) == (len(kept), len(survivors))
+    assert stored > 10 and (mode == CAUSTIC or alive > LANES)
+    np.testing.assert_allclose(deposits.position[:stored], [k[0] for k in kept], atol=1e-6)
+    np.testing.assert_allclose(deposits.flux[:stored], [k[1] for k in kept], atol=1e-6)
+    assert deposits.wi[:stored].tolist() == [k[2] for k in kept]
+    assert deposits.normal[:stored].tolist() == [k[3] for k in kept]
+    if survivors:
+        assert out.key[:alive].tolist() == [s[0] for s in survivors]
+        for field, k in ((out.o, 1), (out.d, 2), (out.phi, 3)):
+            np.testing.assert_allclose(field[:alive], [s[k] for s in survivors], atol=2e-6)
+        assert out.seen[:alive].tolist() == [s[4] for s in survivors]
+    missed = surfaces.prim < 0
+    np.testing.assert_allclose(tally[ESCAPED], photons.phi[missed].sum(axis=0), rtol=1e-6)
+    left = photons.phi[~missed].sum(axis=0) - out.phi[:alive].sum(axis=0)
+    np.testing.assert_allclose(tally[ABSORBED], left, rtol=1e-5)
+
+
+@pytest.mark.parametrize("total", [0, 1, LEAST, LEAST + 1, CHUNK + 1, 100_000])
+def test_shares_are_even_and_whole(total):
+    """Every photon is in one share; shares differ by at most one and do not exceed a chunk."""
+    shares = deal(total)
+    assert [k for share in shares for k in share] == list(range(total))
+    sizes = {len(share) for share in shares}
+    assert not sizes or (max(sizes) <= CHUNK and max(sizes) - min(sizes) <= 1)
+    assert total <= LEAST or len(shares) % 2 == 0
+
+
+@pytest.mark.parametrize("bounces", [1, 2, 3, 64, 100])
+def test_spans_cover_all_bounces(bounces):
+    """Spans follow one another from the first bounce to the last."""
+    assert [b for span in generations(bounces) for b in span] == list(range(bounces))
