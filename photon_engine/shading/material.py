@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..issues import IssueLog
-from ..scene.data import Image, Material
+from ..scene.data import Graph, Image, Material
 from .absorption import absorption_of, with_surface
 from .program import Program, compile_graph
 from .relief import displacement_normal
@@ -18,4 +18,14 @@ def compile_material(material: Material, images: list[Image], issues: IssueLog) 
         program.relief = compile_graph(bump, material.name, images, issues, "VECTOR")
         program.needs = program.needs | program.relief.needs
         program.constant = False
+    if (offset := offset_program(material, images, issues)) is not None:
+        program.needs = program.needs | offset.needs
     return program
+
+
+def offset_program(material: Material, images: list[Image], issues: IssueLog) -> Program | None:
+    """The program whose value is the displacement (3, n) of vertices in the world [m]; None: they stay."""
+    graph = material.graph
+    if material.displacement == "BUMP" or graph.displacement is None or graph.displacement.node < 0:
+        return None
+    return compile_graph(Graph(graph.nodes, graph.displacement), material.name, images, issues, "VECTOR")

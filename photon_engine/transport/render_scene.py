@@ -20,6 +20,7 @@ from ..plan import make_plan
 from ..scene.data import SceneData
 from ..settings import Settings
 from ..survey import survey
+from .displace import displaced
 from .eye_kernels import EyeRules
 from .materials import MaterialTable
 from .media import absorb, find_media, inside_at, locate_lights
@@ -44,6 +45,7 @@ class RenderScene:
         kept = kept or Kept()
         stage("Preparing geometry")
         self.frame = scene.frame
+        scene = displaced(scene, issues)
         self.flat = kept.flatten(scene, issues)
         stage("Building the ray tree")
         self.intersector = kept.intersector()

@@ -35,10 +35,11 @@ def waves(nodes, links):
     return maths(nodes, links, "MULTIPLY", *parts)
 
 
-def bumped(name: str, kind: str, color, displaced: bool = False, **inputs) -> None:
-    """The ball with a bumped shader, by a Bump node or by the material's displacement."""
+def bumped(name: str, kind: str, color, displaced: str = "", **inputs) -> None:
+    """The ball with a bumped shader, by a Bump node or by the material's displacement (its method)."""
     stage.pedestal(name)
     material, nodes, links, output = new_material("Bumped")
+    material.displacement_method = displaced or "BUMP"
     shader = nodes.new(kind)
     shader.inputs["Color"].default_value = (*color, 1.0)
     for key, value in inputs.items():
@@ -97,7 +98,8 @@ def absorbing_ball(name: str) -> None:
 SCENES: dict[str, Callable[[], None]] = {
     "bump_diffuse": partial(bumped, "bump_diffuse", "ShaderNodeBsdfDiffuse", ORANGE),
     "bump_glossy": partial(bumped, "bump_glossy", "ShaderNodeBsdfGlossy", SILVER, Roughness=0.35),
-    "displacement_as_bump": partial(bumped, "displacement_as_bump", "ShaderNodeBsdfDiffuse", ORANGE, True),
+    "displacement_as_bump": partial(bumped, "displacement_as_bump", "ShaderNodeBsdfDiffuse", ORANGE, "BUMP"),
+    "displacement_true": partial(bumped, "displacement_true", "ShaderNodeBsdfDiffuse", ORANGE, "DISPLACEMENT"),
     "absorbing_glass": partial(absorbing_ball, "absorbing_glass"),
     "world_gradient": partial(sky, "world_gradient", 0.0),
     "world_sun": partial(sky, "world_sun", 150.0),
