@@ -1,0 +1,1 @@
+"""Models of the clear sky: Preetham, Hosek and Wilkie, single and multiple scattering."""
