@@ -173,7 +173,11 @@ def _maps(rule: Rule, facts: Survey, settings: Settings) -> dict[str, Decision]:
             dark, empty, (settings.diffuse_photons == 0, "Diffuse Photons is 0"),
             (settings.diffuse_bounces == 0, "Diffuse Bounces is 0"),
         ],
-        [rule.unasked("Diffuse"), (not facts.rough, NO_ROUGH), (settings.max_bounces < 2, "Bounces is 1")],
+        [
+            rule.unasked("Diffuse"), (not facts.rough, NO_ROUGH),
+            # the rays of a final gather would look up first hits
+            (settings.max_bounces < 2 and settings.final_gather == "OFF", "Bounces is 1"),
+        ],
     )  # fmt: skip
     return {"caustic_map": caustic, "diffuse_map": diffuse}
 

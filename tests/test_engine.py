@@ -230,11 +230,11 @@ for name, after in (("cancel at once", 0), ("cancel later", 2)):
     original, listener.cancelled = listener.cancelled, cancelled
     render(start(passes=50), name)
     listener.cancelled = original
-from photon_engine.blender import engine
-def broken(*_): raise ZeroDivisionError("in extraction")
-engine.extract_scene, original = broken, engine.extract_scene
+from photon_engine.blender import extract
+def broken(*_, **__): raise ZeroDivisionError("in extraction")
+extract.extract_scene, original = broken, extract.extract_scene
 render(start(), "broken extraction")
-engine.extract_scene = original
+extract.extract_scene = original
 render(start(), "well again")
 """
 )

@@ -3,7 +3,7 @@
 
 def register() -> None:
     """Add the engine, its properties and panels to Blender; again is no harm."""
-    from . import engine, keep, properties, ui
+    from . import engine, keep, properties, ui, warm
 
     if engine.PhotonMapEngine.is_registered:
         return
@@ -11,14 +11,16 @@ def register() -> None:
     engine.register()
     ui.register()
     keep.register()
+    warm.register()
 
 
 def unregister() -> None:
     """Remove them again."""
-    from . import engine, keep, properties, ui
+    from . import engine, keep, properties, ui, warm
 
     if not engine.PhotonMapEngine.is_registered:
         return
+    warm.unregister()
     keep.unregister()
     ui.unregister()
     engine.unregister()

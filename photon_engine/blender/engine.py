@@ -9,8 +9,8 @@ import bpy
 
 from ..driver.session import Session
 from ..issues import IssueLog, RenderError, StopReason
+from ..scene.data import SceneData
 from ..settings import Settings
-from .extract import extract_scene
 from .keep import Keep, borrow
 from .passes import register_passes, wanted_outputs
 from .properties import settings_from
@@ -70,7 +70,7 @@ class PhotonMapEngine(bpy.types.RenderEngine):
                 issues.warn(depsgraph.scene.name, "stereoscopy is not supported: all views show the scene's camera")
             keep = Keep() if self.is_preview else borrow()
             keep.begin(depsgraph, images=self.is_animation)
-            scene = extract_scene(depsgraph, issues, keep=keep)
+            scene = _extract(depsgraph, issues, keep)
             outputs = frozenset({"Combined"}) if self.is_preview else wanted_outputs(depsgraph.view_layer)
             session = Session(scene, self._settings(depsgraph), issues, outputs=outputs, kept=keep.geometry)
             film = session.new_film()
@@ -107,6 +107,13 @@ class PhotonMapEngine(bpy.types.RenderEngine):
     def view_draw(self, context, depsgraph) -> None:
         """Draw why the viewport is empty."""
         draw_message(context.region.width, context.region.height, VIEWPORT_TEXT)
+
+
+def _extract(depsgraph, issues: IssueLog, keep: Keep) -> SceneData:
+    """As extract.extract_scene, which is imported late: it needs numba, which takes a second to load."""
+    from .extract import extract_scene
+
+    return extract_scene(depsgraph, issues, keep=keep)
 
 
 def draw_message(width: int, height: int, text: str) -> None:

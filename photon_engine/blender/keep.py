@@ -6,16 +6,17 @@ session_uid. Without it every frame's meshes are new, and only the tree is kept,
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import bpy
 from bpy.app.handlers import persistent
 
 from ..issues import IssueLog
 from ..scene.data import Image, Mesh
-from .meshes import MeshNeeds, extract_mesh
 
-MeshKey = tuple[int, MeshNeeds]
+if TYPE_CHECKING:
+    from .meshes import MeshNeeds
+
 STILL_SOURCES = ("FILE", "GENERATED")  # images that no frame changes
 
 
@@ -25,10 +26,10 @@ class Keep:
     def __init__(self) -> None:
         self.geometry: Any = None  # geometry.kept.Kept, made by the first render
         self.extracted = 0  # how many meshes were read from Blender, for tests
-        self._meshes: dict[MeshKey, tuple[Mesh | None, IssueLog]] = {}
+        self._meshes: dict[tuple[int, MeshNeeds], tuple[Mesh | None, IssueLog]] = {}
         self._images: dict[tuple, tuple[Image, IssueLog]] = {}
         self._stale: set[int] = set()
-        self._new_meshes: dict[MeshKey, tuple[Mesh | None, IssueLog]] = {}
+        self._new_meshes: dict[tuple[int, MeshNeeds], tuple[Mesh | None, IssueLog]] = {}
 
     def begin(self, depsgraph: Any, images: bool) -> None:
         """A render of this depsgraph begins. images : whether those that it does not name are as the last time."""
@@ -42,6 +43,8 @@ class Keep:
 
     def mesh(self, block: Any, owner: str, needs: MeshNeeds, issues: IssueLog) -> Mesh | None:
         """As `extract_mesh`; the one of the last render when Blender did not evaluate it anew."""
+        from .meshes import extract_mesh  # here: who only enables the extension needs no numba
+
         key = (uid(block), needs)
         found = self._meshes.get(key) if key[0] not in self._stale else None
         if found is None or not key[0]:

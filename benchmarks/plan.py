@@ -1,0 +1,141 @@
+"""What leaving out the needless is worth: `python -m benchmarks.plan` prints a table for the README, and writes JSON.
+
+Each sample is rendered with the plan, with plan=off, and (pool) for Caustic alone, each in a process of its own, in
+turn. Passes are the same pictures to the bit either way, so the ratio of seconds a pass is that of seconds to equal
+error. Seconds are processor time of one thread: other programs on the machine count little.
+With --cold, also the processor time from an empty kernel cache to the first pass.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+SAMPLES = ("cornell_caustics", "diffuse_room", "material_shelf", "pool", "ring_cardioid", "wine_glass")
+CHILD = """
+import json, resource, sys, time
+from photon_engine.film.passes import ALL_NAMES
+from photon_engine.issues import IssueLog
+from photon_engine.scene.io import load_scene
+from photon_engine.settings import Settings
+from photon_engine.transport.renderer import Renderer
+path, plan, only, passes, size = sys.argv[1], sys.argv[2] == "on", sys.argv[3], int(sys.argv[4]), int(sys.argv[5])
+scene = load_scene(path)
+if size:
+    scene.frame.width = scene.frame.height = scene.frame.x1 = scene.frame.y1 = size
+outputs = frozenset(only.split(",")) if only else ALL_NAMES
+renderer = Renderer(scene, Settings(plan=plan, threads=1), IssueLog(), outputs)
+start = time.process_time()
+renderer.prepare(lambda text: None)
+prepared = time.process_time() - start
+seconds = []
+for i in range(passes):
+    start = time.process_time()
+    renderer.render_pass(i, lambda: False)
+    seconds.append(time.process_time() - start)
+uvs = sum(uv.nbytes for mesh in scene.meshes for uv in mesh.uvs.values())
+statistics = renderer.statistics
+renderer.close()
+print(json.dumps({
+    "first": time.process_time(), "prepare": prepared, "pass": min(seconds[1:] or seconds),
+    "rays": sum(statistics["rays"].values()) / passes, "photons": sum(statistics["photons"].values()) / passes,
+    "map_MB": statistics["map_bytes"] / 2**20, "peak_MB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
+    "uv_MB": uvs / 2**20,
+}))
+"""
+
+
+def extract(name: str, folder: Path) -> Path:
+    """The sample as SceneData, by a process that has Blender."""
+    target = folder / f"{name}.npz"
+    command = [sys.executable, "-m", "photon_engine", "extract", f"sample_blends/{name}.blend", "-o", str(target)]
+    subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
+    return target
+
+
+def run(scene: Path, plan: str, only: str = "", passes: int = 1, size: int = 0, cache: str | None = None) -> dict:
+    """One render in a process of its own."""
+    env = {**os.environ, "PYTHONPATH": str(ROOT), **({"PHOTON_MAP_CACHE": cache} if cache else {})}
+    command = [sys.executable, "-c", CHILD, str(scene), plan, only, str(passes), str(size)]
+    done = subprocess.run(command, cwd=ROOT, env=env, check=True, capture_output=True, text=True)
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def measure(scene: Path, ways: dict[str, tuple[str, str]], repeats: int, passes: int) -> dict[str, dict]:
+    """Medians over repeats of each way (plan, only), in turn."""
+    runs: dict[str, list[dict]] = {way: [] for way in ways}
+    for _ in range(repeats):
+        for way, (plan, only) in ways.items():
+            runs[way].append(run(scene, plan, only, passes))
+    return {
+        way: {key: statistics.median(item[key] for item in items) for key in items[0]} for way, items in runs.items()
+    }
+
+
+def cold(scene: Path, ways: dict[str, tuple[str, str]]) -> dict[str, float]:
+    """Processor seconds from an empty cache to the first pass, of a small picture."""
+    out = {}
+    for way, (plan, only) in ways.items():
+        with tempfile.TemporaryDirectory() as cache:
+            out[way] = run(scene, plan, only, size=16, cache=cache)["first"]
+    return out
+
+
+def table(results: dict[str, dict]) -> str:
+    """The README's table: with the plan, and without it in brackets."""
+    lines = [
+        "| sample | s a pass | times faster | rays | photons stored | map MB | peak MB | cold start s |",
+        "|---" * 8 + "|",
+    ]
+    for name, ways in results.items():
+        off = ways["off"]
+        for way, on in ways.items():
+            if way == "off":
+                continue
+            label = name if way == "on" else f"{name}, {way}"
+            cells = [f"{on[key] * scale:.{digits}f} ({off[key] * scale:.{digits}f})" for key, scale, digits in (
+                ("rays", 1e-3, 0), ("photons", 1e-3, 0), ("map_MB", 1, 1), ("peak_MB", 1, 0))]  # fmt: skip
+            cells[0], cells[1] = f"{cells[0]} k", f"{cells[1]} k"
+            start = f"{on['cold']:.0f} ({off['cold']:.0f})" if "cold" in on else "-"
+            lines.append(f"| {label} | {on['pass']:.2f} ({off['pass']:.2f}) | {off['pass'] / on['pass']:.2f} | "
+                         + " | ".join(cells) + f" | {start} |")  # fmt: skip
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Measure, print the table, write JSON."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("samples", nargs="*", default=list(SAMPLES))
+    parser.add_argument("--cold", action="store_true")
+    parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--passes", type=int, default=3)
+    parser.add_argument("-o", "--output", default=str(ROOT / "out" / "plan.json"))
+    arguments = parser.parse_args()
+    results = {}
+    with tempfile.TemporaryDirectory() as folder:
+        for name in arguments.samples:
+            scene = extract(name, Path(folder))
+            ways = {"on": ("on", ""), "off": ("off", "")}
+            if name == "pool":
+                ways["Caustic only"] = ("on", "Caustic")
+            run(scene, "off", size=16)  # kernels are compiled before anything is timed
+            results[name] = measure(scene, ways, arguments.repeats, arguments.passes)
+            if arguments.cold:
+                for way, seconds in cold(scene, ways).items():
+                    results[name][way]["cold"] = seconds
+            print(table({name: results[name]}), flush=True)
+    target = Path(arguments.output)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    target.write_text(json.dumps(results, indent=1))
+    print(table(results))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,154 @@
+"""What a plan leaves out adds nothing: every picture is the same to the bit with and without it."""
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from ...film.passes import ALL_NAMES, LIGHT_NAMES
+from ...issues import IssueLog
+from ...plan import LABELS, OFF, make_plan
+from ...settings import Settings
+from ..renderer import Renderer
+from .plan_scenes import LAMPS, MATERIALS, scene
+
+FEW = {"caustic_photons": 400, "diffuse_photons": 400, "light_samples": 1, "threads": 1}
+ASKED = tuple(sorted(name for name in ALL_NAMES if not name.startswith(("Noisy", "Denoising")) and name != "Combined"))
+
+
+def render(data, outputs=ALL_NAMES, **values):
+    """Pass 1 of a scene: its pictures, and the renderer's statistics."""
+    renderer = Renderer(data, Settings(**{**FEW, **values}), IssueLog(), frozenset(outputs))
+    try:
+        renderer.prepare(lambda _text: None)
+        return renderer.render_pass(1, lambda: False), renderer
+    finally:
+        renderer.close()
+
+
+scenes = st.fixed_dictionaries(
+    {
+        "floor": st.sampled_from(list(MATERIALS)),
+        "wall": st.sampled_from(list(MATERIALS)),
+        "pane": st.sampled_from(list(MATERIALS)),
+        "lamps": st.lists(st.sampled_from(list(LAMPS)), max_size=2, unique=True),
+        "sky": st.sampled_from([0.0, 0.5]),
+        "aperture": st.sampled_from([0.0, 0.1]),
+        "ghost": st.booleans(),
+    }
+)
+choices = st.fixed_dictionaries(
+    {
+        "final_gather": st.sampled_from(["OFF", "GLOSSY", "ALL"]),
+        "diffuse_bounces": st.sampled_from([0, 1, 64]),
+        "max_bounces": st.sampled_from([1, 2, 64]),
+    }
+)
+
+
+@given(scenes, choices, st.sets(st.sampled_from(ASKED), min_size=1, max_size=3))
+@settings(
+    max_examples=40, deadline=None, derandomize=True, database=None, suppress_health_check=[HealthCheck.too_slow]
+)
+def test_the_plan_changes_no_bit(which, how, asked):
+    whole, _ = render(scene(**which), plan=False, **how)
+    planned, renderer = render(scene(**which), **how)
+    for name, picture in whole.items():
+        np.testing.assert_array_equal(planned[name], picture, err_msg=f"{name}: {renderer.plan}")
+    some, renderer = render(scene(**which), asked, **how)
+    for name in asked:
+        np.testing.assert_array_equal(some[name], whole[name], err_msg=f"only {asked}, {name}: {renderer.plan}")
+
+
+def plan(data, outputs=ALL_NAMES, **values):
+    return make_plan(data, Settings(**values), outputs)
+
+
+LEFT_OUT = [
+    ("caustic_map", {"pane": "Matte"}, {}, "no specular surface"),
+    ("caustic_map", {"pane": "Hidden"}, {}, "no specular surface"),
+    ("caustic_map", {"floor": "Mirror", "wall": "Black"}, {}, "no rough surface"),
+    ("caustic_map", {}, {"caustic_photons": 0}, "Caustic Photons is 0"),
+    ("diffuse_map", {"floor": "Black", "wall": "Black"}, {}, "no rough surface"),
+    ("diffuse_map", {}, {"diffuse_bounces": 0}, "Diffuse Bounces is 0"),
+    ("diffuse_map", {}, {"max_bounces": 1, "final_gather": "OFF"}, "Bounces is 1"),
+    ("diffuse_map", {"lamps": ["Dead"]}, {}, "nothing shines"),
+    ("direct", {"lamps": []}, {}, "nothing shines"),
+    ("direct", {"floor": "Glass", "wall": "Mirror"}, {}, "no rough surface"),
+    ("lobe_rays", {"lamps": ["Point", "Sun", "Beam"], "wall": "Satin"}, {}, "no ray can meet a light"),
+    ("see_through", {}, {}, "every surface stops light"),
+    ("gather_narrow", {"wall": "Satin"}, {}, "no narrow glossy surface"),
+    ("gather_all", {}, {}, "Final Gather is Glossy"),
+    ("emission", {"lamps": ["Point"]}, {}, "no visible source"),
+    ("environment", {}, {}, "the world is black"),
+    ("lens", {}, {}, "pinhole"),
+    ("textures", {}, {}, "no material varies"),
+]
+RUNS = [
+    ("diffuse_map", {}, {"max_bounces": 1, "final_gather": "ALL"}, "between Matte"),
+    ("caustic_map", {}, {}, "Glass may focus light on Matte"),
+    ("diffuse_map", {}, {}, "between Matte"),
+    ("direct", {"lamps": ["Point"]}, {}, "Point on Matte"),
+    ("direct", {"lamps": [], "pane": "Glow"}, {}, "Glow on Matte"),
+    ("lobe_rays", {"lamps": ["Point"], "wall": "Polished"}, {}, "gather diffuse light"),
+    ("lobe_rays", {"lamps": ["Point", "Bulb"]}, {}, "may meet Bulb"),
+    ("see_through", {"pane": "Half"}, {}, "light passes Half"),
+    ("see_through", {"ghost": True}, {}, "light passes Pane"),
+    ("gather_narrow", {"wall": "Polished"}, {}, "Polished reflects too narrowly"),
+    ("gather_all", {}, {"final_gather": "ALL"}, "Final Gather is All"),
+    ("emission", {"lamps": [], "pane": "Glow"}, {}, "Glow can be seen"),
+    ("environment", {"sky": 1.0}, {}, "Sky gives light"),
+    ("lens", {"aperture": 0.1}, {}, "aperture of 100 mm"),
+    ("textures", {"pane": "Painted"}, {}, "Painted reads uv"),
+]
+
+
+@pytest.mark.parametrize(("name", "which", "how", "reason"), LEFT_OUT)
+def test_left_out_with_a_reason(name, which, how, reason):
+    decision = getattr(plan(scene(**which), **how), name)
+    assert not decision and reason in decision.reason
+
+
+@pytest.mark.parametrize(("name", "which", "how", "reason"), RUNS)
+def test_runs_with_a_reason(name, which, how, reason):
+    decision = getattr(plan(scene(**which), **how), name)
+    assert decision and reason in decision.reason
+
+
+def test_only_what_is_asked_for_is_done():
+    one = plan(scene(wall="Polished", sky=1.0), {"Caustic", "Depth"})
+    assert one.caustic_map and not (one.direct or one.lobe_rays or one.diffuse_map or one.emission or one.environment)
+    assert one.direct.reason == "Direct is not asked for"
+    assert not any(plan(scene(sky=1.0), {"Depth"}).lines()[i].runs for i in range(9))
+    every = plan(scene(), {"Combined"})
+    assert every.outputs == {"Combined"} and every.caustic_map and every.diffuse_map and every.direct
+
+
+def test_off_runs_everything_that_can_run():
+    whole = plan(scene(floor="Black", wall="Black", pane="Black", lamps=["Sun"]), {"Depth"}, plan=False)
+    unneeded = {"lens", "textures", "gather_all"}  # a pinhole, a constant material, a setting
+    assert all(getattr(whole, name) for name in LABELS if name not in unneeded)
+    assert whole.direct.reason == OFF
+    dark = plan(scene(lamps=[]), plan=False)
+    assert not (dark.direct or dark.caustic_map or dark.diffuse_map)  # no photon can leave nothing
+
+
+def test_every_decision_is_told():
+    lines = plan(scene(pane="Matte")).lines()
+    assert [line.name for line in lines] == list(LABELS.values()) and all(line.reason for line in lines)
+    assert "Caustic map: left out, no specular surface" in map(str, lines)
+
+
+def test_what_is_left_out_costs_nothing():
+    _, lean = render(scene(pane="Matte", wall="Satin"))
+    _, whole = render(scene(pane="Matte", wall="Satin"), plan=False)
+    assert "caustic" not in lean.statistics["rays"] and whole.statistics["rays"]["caustic"] > 0
+    assert lean.statistics["photons"]["diffuse"] < 0.7 * whole.statistics["photons"]["diffuse"]  # no first hits
+    _, only = render(scene(), {"Caustic"})
+    assert "diffuse" not in only.statistics["rays"]
+    assert only.statistics["rays"]["eye"] < 0.5 * render(scene())[1].statistics["rays"]["eye"]  # no shadow rays
+
+
+def test_a_light_picture_is_black_when_only_others_are_asked_for():
+    picture, _ = render(scene(), {"Caustic"})
+    assert picture["Caustic"].any() and not any(picture[name].any() for name in LIGHT_NAMES if name != "Caustic")

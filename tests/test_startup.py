@@ -1,0 +1,88 @@
+"""Enabling the extension costs Blender little, and a process of low priority compiles the kernels."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+from photon_engine.blender import warm
+
+ROOT = Path(__file__).resolve().parent.parent
+REGISTER_SECONDS = 0.2
+ENABLING = """
+import os, sys, time
+import bpy
+start = time.process_time()
+import photon_engine
+photon_engine.register()
+print(time.process_time() - start, *(name for name in ("numba", "llvmlite", "scipy", "embreex") if name in sys.modules))
+sys.stdout.flush()
+os._exit(0)
+"""
+COMPILED = """
+import gc, sys
+from numba.core.dispatcher import Dispatcher
+from photon_engine.transport.warm import warm_up
+from photon_engine.transport.tests.plan_scenes import scene
+from photon_engine.transport.tests.test_plan import render
+def signatures():
+    return {(d.py_func.__module__, d.py_func.__name__, str(s)) for d in gc.get_objects() if isinstance(d, Dispatcher)
+            for s in d.signatures if d.py_func.__module__.startswith("photon_engine")}
+warm_up()
+before = signatures()
+lamps = ["Spot", "Soft Sun", "Beam"]
+render(scene("Painted", "Polished", "Plastic", lamps=lamps, sky=0.5, aperture=0.1), final_gather="ALL")
+render(scene("Matte", "Half", "Glow", lamps=["Point"], ghost=True), {"Caustic", "Direct"})
+print(len(before), sorted(signatures() - before))
+"""
+
+
+def run(code, **changes):
+    """What a process of this tree prints."""
+    env = {**os.environ, "PYTHONPATH": str(ROOT), **changes}
+    done = subprocess.run([sys.executable, "-c", code], env=env, cwd=ROOT, capture_output=True, text=True, check=True)
+    return done.stdout.splitlines()[-1]
+
+
+def test_enabling_is_quick_and_loads_nothing_heavy():
+    """Processor time, the shorter of two: the first may have to write bytecode."""
+    runs = [run(ENABLING).split() for _ in range(2)]
+    assert all(len(words) == 1 for words in runs), f"loaded: {runs}"
+    assert min(float(words[0]) for words in runs) < REGISTER_SECONDS
+
+
+def test_after_warming_up_no_scene_compiles_anything():
+    count, _, new = run(COMPILED).partition(" ")
+    assert int(count) > 10 and new == "[]"
+
+
+def test_warming_runs_once_under_blenders_name_for_the_extension(tmp_path, monkeypatch):
+    monkeypatch.setenv("PHOTON_MAP_CACHE", str(tmp_path / "cache"))
+    folder = tmp_path / "repository" / "extension" / "photon_engine"
+    (folder / "transport").mkdir(parents=True)
+    for path in (folder, folder / "transport"):
+        (path / "__init__.py").write_text("")
+    (folder / "__init__.py").write_text("MARK = 7\n")
+    told = tmp_path / "told"
+    code = (
+        "import os, pathlib\nfrom .. import MARK\ndef warm_up():\n"
+        f"    pathlib.Path({str(told)!r}).write_text(f'{{__name__}} {{MARK}} {{os.nice(0)}}')\n"
+    )
+    (folder / "transport" / "warm.py").write_text(code)
+    package = "bl_ext.repository.extension.photon_engine"
+    child = warm.start(package, folder)
+    assert child.wait(280) == 0
+    name, mark, nice = told.read_text().split()
+    assert name == f"{package}.transport.warm" and mark == "7" and int(nice) == 19
+    assert warm.start(package, folder) is None
+    (folder / "transport" / "warm.py").write_text(code + "# another version\n")
+    assert warm.mark(folder).exists() is False
+
+
+def test_warming_that_fails_is_tried_again(tmp_path, monkeypatch):
+    monkeypatch.setenv("PHOTON_MAP_CACHE", str(tmp_path / "cache"))
+    folder = tmp_path / "photon_engine"
+    folder.mkdir()
+    assert warm.start("photon_engine", folder).wait(280) != 0
+    again = warm.start("photon_engine", folder)
+    assert again is not None and again.wait(280) != 0
