@@ -1,4 +1,4 @@
-"""The command line: render, info, extract, merge.
+"""The command line: render, info, extract, merge, report.
 
 Exit codes: 0 done; 1 an unexpected error (a bug); 2 wrong usage; 3 the scene or another input cannot be rendered;
 4 the output cannot be written; 130 cancelled, what was rendered is kept.
@@ -27,6 +27,7 @@ from .film.darkroom import Darkroom, never
 from .film.output import OutputError, check_writable
 from .film.passes import ALL_NAMES, BY_NAME, ERROR_MAPS, PASSES, in_full_frame
 from .issues import IssueLog, RenderError, StopReason, log
+from .report.command import add_arguments as add_report_arguments
 from .scene.data import Frame, SceneData
 from .settings import FIELDS, Settings, parse_value
 
@@ -123,6 +124,9 @@ def parser() -> argparse.ArgumentParser:
     merge.add_argument("--no-sheet", action="store_true", help="do not write the PNG sheet")
     merge.add_argument("--denoise", action="store_true", help="denoise the picture")
     merge.set_defaults(run=run_merge)
+    report = commands.add_parser("report", help="error against seconds, beside Cycles: table, plot and JSON")
+    add_report_arguments(report)
+    report.set_defaults(run=run_report)
     return root
 
 
@@ -341,4 +345,12 @@ def run_info(arguments: argparse.Namespace, console: Console) -> int:
     record = summarize(loaded.scene, settings, issues, arguments.only)
     text = json.dumps(record | {"issues": issue_records(issues)}, indent=2) if arguments.json else None
     sys.stdout.write((text or summary_text(record, issues)) + "\n")
+    return OK
+
+
+def run_report(arguments: argparse.Namespace, console: Console) -> int:
+    """`report`: scenes -> table, plots, JSON."""
+    from .report.command import run
+
+    run(arguments, console.say)
     return OK

@@ -1,0 +1,100 @@
+"""One timed render, in a process of its own: by this engine, or by Cycles in Blender as a module."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import OpenImageIO as oiio
+
+from ..film.exr import read_exr
+from ..film.passes import BY_NAME, LIGHT_NAMES
+from ..issues import RenderError
+
+ROOT = Path(__file__).resolve().parents[2]
+OURS, OURS_DENOISED = "Photon Map", "Photon Map, denoised"
+CYCLES, CYCLES_DENOISED = "Cycles", "Cycles, denoised"
+
+
+class Task(NamedTuple):
+    """What all engines render."""
+
+    blend: Path
+    resolution: tuple[int, int]
+    threads: int
+    settings: tuple[str, ...]  # NAME=VALUE of ours
+
+
+class Run(NamedTuple):
+    """What came of one render."""
+
+    seconds: float  # of sampling, and of denoising; not of reading, building the tree and compiling
+    setup: float  # [s] of those
+    detail: dict[str, Any]  # passes or samples
+    pictures: dict[str, np.ndarray]  # Combined, and ours by light pass: (h, w, 3) f32, bottom row first
+
+
+def ours(task: Task, seconds: float, denoise: bool, place: Path) -> Run:
+    """A render by this engine, stopped after the pass that goes beyond `seconds`."""
+    width, height = task.resolution
+    command = [
+        sys.executable, "-m", "photon_engine", "render", str(task.blend), "-o", str(place / "ours.exr"), "--no-sheet",
+        "--resolution", f"{width}x{height}", "--seconds", str(seconds), "--threads", str(task.threads), "--quiet",
+        "--log", str(place / "ours.json"), "--set", f"denoise={'FINAL' if denoise else 'OFF'}",
+    ]  # fmt: skip
+    for pair in task.settings:
+        command += ["--set", pair]
+    _call(command, task.blend)
+    record = json.loads((place / "ours.json").read_text())
+    pictures, _ = read_exr(place / "ours.exr")
+    wanted = {name: pictures[name][..., :3] for name in ("Combined", *LIGHT_NAMES) if name in pictures}
+    denoising = record["stage_seconds"].get("Denoising", 0.0)
+    setup = sum(record["stage_seconds"].values()) - denoising - record["stage_seconds"].get("Writing", 0.0)
+    return Run(record["seconds"] + denoising, setup, {"passes": record["passes"], "denoising": denoising}, wanted)
+
+
+def cycles(task: Task, seconds: float, denoise: bool, place: Path) -> Run:
+    """A render by Cycles with a time limit: path tracing, caustics on, no clamping; see blender/cycles.py."""
+    job = {
+        "blend": str(task.blend), "resolution": task.resolution, "threads": task.threads, "seconds": seconds,
+        "denoise": denoise, "output": str(place / "cycles.exr"), "log": str(place / "cycles.json"),
+    }  # fmt: skip
+    (place / "job.json").write_text(json.dumps(job))
+    _call([sys.executable, "-m", "photon_engine.blender.cycles", str(place / "job.json")], task.blend)
+    record = json.loads((place / "cycles.json").read_text())
+    detail = {"settings": record["settings"], "version": record["version"]}
+    return Run(record["seconds"], record["setup"], detail, {"Combined": read_rgb(place / "cycles.exr")})
+
+
+def read_rgb(path: Path) -> np.ndarray:
+    """The first three channels of a picture, (h, w, 3) f32, bottom row first."""
+    source = oiio.ImageInput.open(str(path))
+    if source is None:
+        raise RenderError(str(path), "cannot be read as a picture", oiio.geterror() or "check the path")
+    pixels = np.asarray(source.read_image(0, 0, 0, 3, oiio.FLOAT), np.float32)
+    source.close()
+    return np.ascontiguousarray(pixels[::-1])
+
+
+def read_reference(path: Path) -> dict[str, np.ndarray]:
+    """Pictures of a reference: Combined, and light passes where it is a multilayer EXR of ours."""
+    if not path.is_file():
+        raise RenderError(str(path), "no such file", "check the path of --reference")
+    pictures = read_exr(path)[0] if path.suffix.lower() == ".exr" else {}
+    light = {name: picture[..., :3] for name, picture in pictures.items() if BY_NAME[name].is_light}
+    light = {name: picture for name, picture in light.items() if name in ("Combined", *LIGHT_NAMES)}
+    return light if "Combined" in light else {"Combined": read_rgb(path)}
+
+
+def _call(command: list[str], blend: Path) -> None:
+    """Run a render to its end; a RenderError with what it said when it failed."""
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])}
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+    if done.returncode:
+        said = (done.stderr.strip() or done.stdout.strip()).splitlines()
+        raise RenderError(str(blend), f"a render failed: {said[-1] if said else done.returncode}", "render it alone")
