@@ -253,7 +253,7 @@ def failures(tmp_path_factory):
         ("bug", "unexpected ValueError: a bug on purpose, while rendering pass 1 of seed 0"),
         ("empty", "there is nothing to render (add objects"),
         ("no camera", "no camera"),
-        ("no budget", "neither passes nor seconds limit the render"),
+        ("no budget", "neither passes nor seconds nor an error limit the render"),
         ("thin border", "too small"),
         ("one percent", "too small"),
         ("panorama", "Camera: "),
