@@ -36,7 +36,7 @@ def floor_irradiance(lights, samples, numbers, out):
                 x = ((i + numbers[row, 3]) / n - 0.5) * EXTENT
                 y = ((j + numbers[row, 4]) / n - 0.5) * EXTENT
                 u = (numbers[row, 0], numbers[row, 1], numbers[row, 2])
-                wi, _, le, pdf_w, _ = sample_light(lights, (x, y, 0.0), (0.0, 0.0, 1.0), u[0], u[1], u[2])
+                wi, _, le, pdf_w, _, _ = sample_light(lights, (x, y, 0.0), (0.0, 0.0, 1.0), u[0], u[1], u[2])
                 for k in range(3):
                     out[j, i, k] += le[k] * max(0.0, wi[2]) / (pdf_w * samples)
                 row += 1

@@ -11,7 +11,8 @@ pytest.importorskip("OpenImageIO")
 from photon_engine.blender.extract import extract_scene  # noqa: E402
 from photon_engine.issues import IssueLog  # noqa: E402
 from photon_engine.settings import Settings  # noqa: E402
-from photon_engine.transport.render_scene import RenderScene, emission_of  # noqa: E402
+from photon_engine.transport.emission import emission_of  # noqa: E402
+from photon_engine.transport.render_scene import RenderScene  # noqa: E402
 from tests.node_patch import LIFT, SIZE, Patch, channel, feed, new, out  # noqa: E402
 
 # slopes are differences over 0.6 mm in single precision; Cycles' image lookups add its half-float textures

@@ -14,12 +14,11 @@ from ..sampling.warps import (
     square_to_cosine_hemisphere,
     square_to_disk,
     square_to_sphere,
-    square_to_triangle,
 )
 from ..vec import add, cross, dot, load3, madd, normalize, scale, sub, to_world
 from .area import area_gain, area_point
+from .mesh import mesh_origin, triangle_radiance
 from .round import transform
-from .select import pick
 from .sky_sample import map_sample
 from .table import AREA, DELTA, ELLIPSE, FOCUSED, MESH, SOFT, SPOT, SUN, WORLD
 
@@ -28,22 +27,24 @@ MARGIN = 1.001  # photons from infinity start this far out, in radii of the scen
 
 @inlined
 def emit_photon(lights, l, u0, u1, u2, u3):
-    """A photon of light l over its whole emission: (o, d, phi); u0 ... u3 in [0, 1).
+    """A photon of light l over its whole emission: (o, d, phi, m); u0 ... u3 in [0, 1).
 
+    m : the emissive triangle, or -1; where lights.tri_shaded[m], its radiance must be multiplied in.
     phi = black: nothing leaves that way. Lamps with soft falloff: see `dark_distance`.
     """
     kind = lights.kind[l]
     if kind == MESH:
         return _emit_mesh(lights, u0, u1, u2, u3)
     if kind == AREA:
-        return _emit_area(lights, l, u0, u1, u2, u3)
+        o, d, phi = _emit_area(lights, l, u0, u1, u2, u3)
+        return o, d, phi, -1
     if kind == SUN or kind == WORLD:
         d, le = distant_direction(lights, l, u2, u3)
         o = from_outside(lights, disk_point(scene_center(lights), lights.radius, d, u0, u1), d)
-        return o, d, scale(le, math.pi * lights.radius * lights.radius)
+        return o, d, scale(le, math.pi * lights.radius * lights.radius), -1
     d, gain = round_direction(lights, l, u2, u3)
     o = disk_point(load3(lights.position, l), lights.size[l, 0], d, u0, u1)
-    return round_surface(lights, l, o, d), d, scale(load3(lights.radiance, l), gain * round_disk(lights, l))
+    return round_surface(lights, l, o, d), d, scale(load3(lights.radiance, l), gain * round_disk(lights, l)), -1
 
 
 @inlined
@@ -203,18 +204,6 @@ def _emit_area(lights, l, u0, u1, u2, u3):
 
 
 @inlined
-def mesh_origin(lights, u0, u1):
-    """Point on the emissive triangles, by flux: (m, point, unit normal, density [1/m^2])."""
-    m, p_tri, rest = pick(lights.tri_cdf, u0)
-    # the leftover of u0 has lost few of its 53 bits to the choice of triangle
-    b1, b2 = square_to_triangle(rest, u1)
-    e1 = load3(lights.tri_e1, m)
-    e2 = load3(lights.tri_e2, m)
-    o = add(load3(lights.tri_v0, m), add(scale(e1, b1), scale(e2, b2)))
-    return m, o, normalize(cross(e1, e2)), p_tri / lights.tri_area[m]
-
-
-@inlined
 def _emit_mesh(lights, u0, u1, u2, u3):
     """By flux over triangles, cosine-weighted, on either side."""
     m, o, normal, density = mesh_origin(lights, u0, u1)
@@ -222,4 +211,4 @@ def _emit_mesh(lights, u0, u1, u2, u3):
     local = square_to_cosine_hemisphere(2.0 * u2 - (1.0 if back else 0.0), u3)
     d = to_world(local, scale(normal, -1.0) if back else normal)
     o = offset_origin(o, normal, d, lights.radius)
-    return o, d, scale(load3(lights.tri_radiance, m), 2.0 * math.pi / density)
+    return o, d, scale(triangle_radiance(lights, m), 2.0 * math.pi / density), m

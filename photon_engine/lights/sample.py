@@ -9,11 +9,13 @@ import math
 
 from ..jit import inlined
 from ..sampling.mis import power_heuristic
-from ..sampling.warps import square_to_cone, square_to_cosine_hemisphere, square_to_triangle
-from ..vec import add, cross, dot, load3, madd, scale, sub, to_world
+from ..sampling.warps import square_to_cone, square_to_cosine_hemisphere
+from ..vec import add, dot, load3, madd, scale, sub, to_world
 from .area import area_gain, area_hit, area_pdf_w, area_sample, beam_sample
+from .descend import after, next_met
+from .mesh import mesh_sample
 from .round import round_hit, round_sample
-from .select import pick, select_light, selection_p
+from .select import mixed_p, select_light, selection_p
 from .sky_sample import map_pdf_w, map_radiance, map_sample
 from .table import AREA, CAMERA, DELTA, MESH, SHADOW, SUN, WORLD
 
@@ -23,26 +25,27 @@ UP = (0.0, 0.0, 1.0)
 
 @inlined
 def sample_light(lights, p, ns, u_select, u0, u1):
-    """Direct light at p from one light: (wi, distance, Le, pdf_w, is_delta).
+    """Direct light at p from one light: (wi, distance, Le, pdf_w, is_delta, m).
 
     ns : unit normal on the side that is lit; only the world uses it (cosine-weighted about ns).
     distance : how far the shadow ray from p along wi must be free: inf for sun and world, 0 for a lamp that casts no
     shadows. Estimate of the reflected radiance: f |cos| Le / pdf_w, times an MIS weight unless is_delta; pdf_w [1/sr]
     holds the selection. For delta lights Le is intensity / d^2 or irradiance and pdf_w the selection alone.
-    Le = black: no light (do not trace).
+    Le = black: no light (do not trace). m : the emissive triangle, or -1; where lights.tri_shaded[m], Le is white and
+    the radiance at the end of the ray must be multiplied in.
     """
     l, p_select, u_fresh = select_light(lights, p, u_select)
     if l < 0:
-        return UP, 0.0, BLACK, 1.0, False
+        return UP, 0.0, BLACK, 1.0, False, -1
     kind = lights.kind[l]
     if kind == MESH:
-        wi, distance, le, pdf_w = mesh_sample(lights, p, u_fresh, u0, u1)
-        return wi, distance, le, pdf_w * p_select, False
+        wi, distance, le, pdf_w, m = mesh_sample(lights, p, u_fresh, u0, u1)
+        return wi, distance, le, pdf_w * p_select, False, m
     gain = 1.0
     is_delta = lights.flags[l] & DELTA != 0
     if kind == WORLD and len(lights.sky.rows):
         wi, le, pdf_w = map_sample(lights.sky, u0, u1)
-        return wi, math.inf, le, pdf_w * p_select, False
+        return wi, math.inf, le, pdf_w * p_select, False, -1
     if kind == WORLD:
         local = square_to_cosine_hemisphere(u0, u1)
         wi = to_world(local, ns)
@@ -60,12 +63,12 @@ def sample_light(lights, p, ns, u_select, u0, u1):
     else:
         wi, distance, gain, pdf_w = round_sample(lights, l, p, u0, u1)
     if gain == 0.0 or not pdf_w > 0.0:
-        return wi, 0.0, BLACK, 1.0, is_delta
+        return wi, 0.0, BLACK, 1.0, is_delta, -1
     if not lights.flags[l] & SHADOW:
         # a ray that must get through to the lamp cannot share the work
         distance = 0.0
         is_delta = True
-    return wi, distance, scale(load3(lights.radiance, l), gain), pdf_w * p_select, is_delta
+    return wi, distance, scale(load3(lights.radiance, l), gain), pdf_w * p_select, is_delta, -1
 
 
 @inlined
@@ -76,23 +79,6 @@ def sun_sample(lights, l, u0, u1):
     if h == 0.0:
         return axis, 1.0
     return to_world(square_to_cone(u0, u1, h), axis), 1.0 / (2.0 * math.pi * h)
-
-
-@inlined
-def mesh_sample(lights, p, u, u0, u1):
-    """Point on an emissive triangle, by flux and uniform in area: (wi, distance, Le, pdf_w without the selection)."""
-    m, p_tri, _ = pick(lights.tri_cdf, u)
-    b1, b2 = square_to_triangle(u0, u1)
-    e1 = load3(lights.tri_e1, m)
-    e2 = load3(lights.tri_e2, m)
-    r = sub(add(load3(lights.tri_v0, m), add(scale(e1, b1), scale(e2, b2))), p)
-    d2 = dot(r, r)
-    normal = cross(e1, e2)
-    projected = abs(dot(normal, r)) * 0.5  # area times cosine times distance
-    if projected == 0.0 or d2 == 0.0:
-        return UP, 0.0, BLACK, 1.0
-    distance = math.sqrt(d2)
-    return scale(r, 1.0 / distance), distance, load3(lights.tri_radiance, m), p_tri * d2 * distance / projected
 
 
 @inlined
@@ -107,7 +93,7 @@ def emitter_pdf_w(lights, tri, p, distance, cos_light):
     l = mesh_index(lights)
     if l < 0:
         return 0.0
-    p_tri = lights.tri_cdf[m] - (lights.tri_cdf[m - 1] if m > 0 else 0.0)
+    p_tri = mixed_p(lights.tri_tree, lights.tri_cdf, m, p)
     return selection_p(lights, l, p) * p_tri * distance * distance / (lights.tri_area[m] * abs(cos_light))
 
 
@@ -150,7 +136,7 @@ def world_pdf_w(lights, p, ns, d):
 def suns_along_ray(lights, d, prev_p, bsdf_pdf_w, use_mis, camera):
     """Radiance of all suns whose disk a ray that leaves the scene along d meets; arguments as `lamps_along_ray`."""
     total = BLACK
-    for l in range(lights.kind.shape[0]):
+    for l in range(min(lights.n_near, lights.kind.shape[0]), lights.kind.shape[0]):
         if lights.kind[l] != SUN or lights.flags[l] & DELTA or _hidden(lights, l, use_mis, camera):
             continue
         r = add(d, load3(lights.normal, l))
@@ -186,20 +172,36 @@ def lamps_along_ray(lights, o, d, t_max, prev_p, bsdf_pdf_w, use_mis, camera):
     sampling;  camera : 1: the ray comes from the camera, and only lamps that it may see count.
     """
     start = dot(sub(o, prev_p), d)
+    span = (start, start + t_max)
     total = BLACK
-    for l in range(lights.kind.shape[0]):
-        kind = lights.kind[l]
-        if kind > AREA or kind == SUN or _hidden(lights, l, use_mis, camera):
-            continue
-        if kind == AREA:
-            t, cos_light = area_hit(lights, l, prev_p, d)
-            gain = area_gain(lights, l, cos_light)
-        else:
-            t, gain, pdf_w = round_hit(lights, l, prev_p, d)
-        if not start < t < start + t_max or gain == 0.0:
-            continue
-        if kind == AREA:
-            pdf_w = area_pdf_w(lights, l, prev_p, t, cos_light)
-        weight = _weight(lights, l, prev_p, pdf_w, bsdf_pdf_w, use_mis)
-        total = madd(total, weight * gain, load3(lights.radiance, l))
+    if lights.lamp_tree.item.shape[0] == 0:
+        for l in range(min(lights.n_near, lights.kind.shape[0])):
+            total = add(total, _lamp_met(lights, l, prev_p, d, span, bsdf_pdf_w, use_mis, camera))
+        return total
+    k = next_met(lights.lamp_tree, 0, prev_p, d, span[0], span[1])
+    while k >= 0:
+        l = lights.lamp_tree.item[k]
+        total = add(total, _lamp_met(lights, l, prev_p, d, span, bsdf_pdf_w, use_mis, camera))
+        k = next_met(lights.lamp_tree, after(k), prev_p, d, span[0], span[1])
     return total
+
+
+@inlined
+def _lamp_met(lights, l, prev_p, d, span, bsdf_pdf_w, use_mis, camera):
+    """Weighted radiance of lamp l if a ray from prev_p meets it within the span of distances; see `lamps_along_ray`."""
+    if _hidden(lights, l, use_mis, camera):
+        return BLACK
+    kind = lights.kind[l]
+    pdf_w = 0.0
+    if kind == AREA:
+        t, cos_light = area_hit(lights, l, prev_p, d)
+        gain = area_gain(lights, l, cos_light)
+    else:
+        cos_light = 1.0
+        t, gain, pdf_w = round_hit(lights, l, prev_p, d)
+    if not span[0] < t < span[1] or gain == 0.0:
+        return BLACK
+    if kind == AREA:
+        pdf_w = area_pdf_w(lights, l, prev_p, t, cos_light)
+    weight = _weight(lights, l, prev_p, pdf_w, bsdf_pdf_w, use_mis)
+    return scale(load3(lights.radiance, l), weight * gain)

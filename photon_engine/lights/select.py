@@ -6,10 +6,11 @@ import math
 
 from ..jit import inlined
 from ..vec import dot, load3, scale, sub
+from .descend import tree_p, tree_pick, tree_weight
 from .round import spot_falloff
 from .table import AREA, DELTA, POINT, SPOT, SUN, WORLD
 
-MANY = 64  # above so many lights the static table is used, whatever the point
+STATIC = 0.1  # of what a tree selects is drawn from a fixed table: the tree does not know what is in the way
 FLOOR = 0.2  # of the probability is shared evenly by all lights that can reach the point
 DARK_SPOT = 0.05  # weight of a spot with a radius outside its cone: its rim may still be seen
 
@@ -40,8 +41,19 @@ def light_weight(lights, l, p):
         # the lamp's own cosine, softened by its extent, since p may look at its near end
         cosine = min(1.0, (height + math.sqrt(extent)) / math.sqrt(d2 + extent))
         return power * cosine / (d2 + extent)
-    radius = lights.size[l, 0]
-    return power / (d2 + radius * radius)
+    return tree_weight(lights.tri_tree, p)
+
+
+@inlined
+def first_entry(lights):
+    """The first light that is looked at; where a tree selects among the near lamps, the last of them stands for all."""
+    return lights.n_near - 1 if lights.lamp_tree.item.shape[0] > 0 else 0
+
+
+@inlined
+def entry_weight(lights, l, first, p):
+    """`light_weight` of light l, or that of all near lamps where l stands for them."""
+    return tree_weight(lights.lamp_tree, p) if l == first and first > 0 else light_weight(lights, l, p)
 
 
 @inlined
@@ -50,24 +62,22 @@ def selection_sums(lights, p):
     total = 0.0
     count = 0
     n = lights.kind.shape[0]
-    if n > MANY or n == 1:
-        return total, count
-    for l in range(n):
-        weight = light_weight(lights, l, p)
+    first = first_entry(lights)
+    if n - first == 1:
+        return 1.0, 1
+    for l in range(first, n):
+        weight = entry_weight(lights, l, first, p)
         total += weight
         count += 1 if weight > 0.0 else 0
     return total, count
 
 
 @inlined
-def _selection_p(lights, l, p, total, count):
-    """Probability of light l at p; total, count from `selection_sums`."""
-    n = lights.kind.shape[0]
-    if n == 1:
+def _entry_p(lights, l, first, p, total, count):
+    """Probability of light l, or of the lamps that it stands for; total, count from `selection_sums`."""
+    if lights.kind.shape[0] - first == 1:
         return 1.0
-    if n > MANY:
-        return lights.select_cdf[l] - (lights.select_cdf[l - 1] if l > 0 else 0.0)
-    weight = light_weight(lights, l, p)
+    weight = entry_weight(lights, l, first, p)
     return (1.0 - FLOOR) * weight / total + FLOOR / count if weight > 0.0 else 0.0
 
 
@@ -75,7 +85,28 @@ def _selection_p(lights, l, p, total, count):
 def selection_p(lights, l, p):
     """Probability with which `select_light` chooses light l at p."""
     total, count = selection_sums(lights, p)
-    return _selection_p(lights, l, p, total, count)
+    first = first_entry(lights)
+    if first == 0 or l > first:
+        return _entry_p(lights, l, first, p, total, count)
+    return _entry_p(lights, first, first, p, total, count) * mixed_p(lights.lamp_tree, lights.near_cdf, l, p)
+
+
+@inlined
+def mixed_p(tree, cdf, i, p):
+    """Probability of emitter i in `mixed_pick`."""
+    static = cdf[i] - (cdf[i - 1] if i > 0 else 0.0)
+    return (1.0 - STATIC) * tree_p(tree, i, p) + STATIC * static
+
+
+@inlined
+def mixed_pick(tree, cdf, p, u):
+    """An emitter by a tree or, now and then, by a fixed table: (index, probability, fresh uniform number)."""
+    if u < STATIC:
+        i, static, rest = pick(cdf, u / STATIC)
+        return i, (1.0 - STATIC) * tree_p(tree, i, p) + STATIC * static, rest
+    i, probability, rest = tree_pick(tree, p, (u - STATIC) / (1.0 - STATIC))
+    static = cdf[i] - (cdf[i - 1] if i > 0 else 0.0)
+    return i, (1.0 - STATIC) * probability + STATIC * static, rest
 
 
 @inlined
@@ -105,24 +136,27 @@ def pick(cdf, u):
 def select_light(lights, p, u):
     """A light for the point p: (l, probability, fresh uniform number); l = -1: no light can reach p."""
     n = lights.kind.shape[0]
+    first = first_entry(lights)
     if n == 0:
         return -1, 0.0, u
     if n == 1:
         return 0, 1.0, u
-    if n > MANY:
-        return pick(lights.select_cdf, u)
     total, count = selection_sums(lights, p)
     if count == 0:
         return -1, 0.0, u
     below = 0.0
     last = -1
     probability = 0.0
-    for l in range(n):
-        q = _selection_p(lights, l, p, total, count)
+    for l in range(first, n):
+        q = _entry_p(lights, l, first, p, total, count)
         if q > 0.0:
             last = l
             probability = q
             if u < below + q:
                 break
             below += q
-    return last, probability, min(max((u - below) / probability, 0.0), 0.9999999999999999)
+    rest = min(max((u - below) / probability, 0.0), 0.9999999999999999)
+    if first > 0 and last == first:
+        l, p_lamp, rest = mixed_pick(lights.lamp_tree, lights.near_cdf, p, rest)
+        return l, probability * p_lamp, rest
+    return last, probability, rest

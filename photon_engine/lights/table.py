@@ -1,7 +1,7 @@
 """The table of lights that every kernel reads, and how it is built from SceneData.
 
-Order: lamps first, then the group of emissive triangles (MESH), then the world. Lengths are relative to an origin
-that is subtracted from world positions, so that single-precision geometry and lights share one frame.
+Order: lamps, suns last among them, then the group of emissive triangles (MESH), then the world. Lengths are relative to
+an origin that is subtracted from world positions, so that single-precision geometry and lights share one frame.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import numpy as np
 from ..issues import IssueLog, RenderError
 from ..scene.data import Light, SceneData
 from .sky import SkyMap, mean_radiance, no_map
+from .tree import Bounds, LightTree, build_tree, empty_bounds, spot_half_angle, triangle_bounds
 
 # kinds
 POINT, SPOT, SUN, AREA, MESH, WORLD = range(6)
@@ -28,6 +29,7 @@ CAMERA = 16  # seen by the camera
 FOCUSED = 32  # AREA: spread below 180 degrees
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+MANY = 32  # above so many lamps a tree selects among them instead of a look at each
 UNIFORM_SHARE = 0.5  # of the static selection; the rest follows power
 MIN_AXIS = 1e-12  # a shorter column of a matrix [m] has no direction
 
@@ -40,6 +42,8 @@ class Emitters(NamedTuple):
     v1: np.ndarray  # (M, 3) f32 [m]
     v2: np.ndarray  # (M, 3) f32 [m]
     radiance: np.ndarray  # (M, 3) f32, average over the triangle [W/m^2/sr]; both sides radiate
+    shaded: np.ndarray | None = None  # (M,) bool, radiance varies over the triangle or with direction; None: nowhere
+    outward: np.ndarray | None = None  # (M,) f32, as in `tree.triangle_bounds`; None: 0
 
 
 class LightTable(NamedTuple):
@@ -59,18 +63,23 @@ class LightTable(NamedTuple):
     to_local: np.ndarray  # (L, 3, 3) f64, SPOT: its inverse
     flux: np.ndarray  # (L, 3) f64, entering the bounding sphere of the scene [W]
     power: np.ndarray  # (L,) f64, what `selection.light_weight` scales: intensity, irradiance or flux by kind
-    select_cdf: np.ndarray  # (L,) f64, half uniform, half by flux: direct light where there are many lights
+    near_cdf: np.ndarray  # (n_near,) f64, half uniform, half by flux: the share of every lamp where a tree selects
     photon_cdf: np.ndarray  # (L,) f64, by flux: whole-scene photons
     emitter_of_tri: np.ndarray  # (T,) i32, index into the M emissive triangles, or -1
+    tri_id: np.ndarray  # (M,) i32, global triangle
     tri_v0: np.ndarray  # (M, 3) f64 [m]
     tri_e1: np.ndarray  # (M, 3) f64, v1 - v0 [m]
     tri_e2: np.ndarray  # (M, 3) f64, v2 - v0 [m]
-    tri_radiance: np.ndarray  # (M, 3) f64 [W/m^2/sr]
+    tri_radiance: np.ndarray  # (M, 3) f64 [W/m^2/sr], average
+    tri_shaded: np.ndarray  # (M,) bool, whether it must be evaluated at the point: light from it is then given as white
     tri_area: np.ndarray  # (M,) f64 [m^2]
     tri_cdf: np.ndarray  # (M,) f64, by flux
+    lamp_tree: LightTree  # over the lamps that are not suns; empty where there are at most MANY
+    tri_tree: LightTree  # over the M emissive triangles
     center: np.ndarray  # (3,) f64, bounding sphere of the geometry [m]
     radius: float  # of that sphere [m]
     sky: SkyMap  # radiance of the WORLD by direction; empty: it is constant
+    n_near: int  # lamps that are not suns come first
 
 
 class _Row:
@@ -112,6 +121,7 @@ def build_lights(
     issues = IssueLog() if issues is None else issues
     radius = max(float(radius), 1e-6)
     rows = [row for light in scene.lights if (row := _lamp(light, np.asarray(origin, np.float64), issues))]
+    rows.sort(key=lambda row: row.kind == SUN)
     for row in rows:
         row.flux *= _entering(row, np.asarray(center, np.float64), radius)
     triangles = _triangles(emitters)
@@ -138,8 +148,7 @@ def _pack(rows: list[_Row], triangles: dict, lookup: np.ndarray, sphere: tuple) 
     """Stack rows into arrays and add the selection tables."""
     flux = np.array([row.flux for row in rows], np.float64).reshape(-1, 3)
     weights = flux @ LUMINANCE
-    uniform = np.full(len(rows), 1.0 / max(len(rows), 1))
-    by_power = weights / weights.sum() if weights.sum() > 0.0 else uniform
+    near = [row for row in rows if row.kind in (POINT, SPOT, AREA)]
 
     def stack(name: str, shape: tuple[int, ...]) -> np.ndarray:
         return np.array([getattr(row, name) for row in rows], np.float64).reshape(len(rows), *shape)
@@ -152,14 +161,45 @@ def _pack(rows: list[_Row], triangles: dict, lookup: np.ndarray, sphere: tuple) 
         to_local=stack("to_local", (3, 3)),
         flux=flux,
         power=stack("power", ()),
-        select_cdf=make_cdf(UNIFORM_SHARE * uniform + (1.0 - UNIFORM_SHARE) * by_power),
-        photon_cdf=make_cdf(by_power),
+        near_cdf=make_cdf(_shares(weights[: len(near)], UNIFORM_SHARE)),
+        photon_cdf=make_cdf(_shares(weights, 0.0)),
         emitter_of_tri=lookup,
         **triangles,
+        lamp_tree=build_tree(lamp_bounds(near if len(near) > MANY else [])),
         center=sphere[0],
         radius=sphere[1],
         sky=sphere[2],
+        n_near=len(near),
     )
+
+
+def _shares(weights: np.ndarray, uniform: float) -> np.ndarray:
+    """Probabilities by weight, `uniform` of them shared evenly; all of them where nothing has weight."""
+    total, even = weights.sum(), np.full(len(weights), 1.0 / max(len(weights), 1))
+    return uniform * even + (1.0 - uniform) * weights / total if total > 0.0 else even
+
+
+def lamp_bounds(rows: list[_Row]) -> Bounds:
+    """What the light tree must know of lamps that are not suns."""
+    bounds = empty_bounds(len(rows))
+    for i, row in enumerate(rows):
+        extent = np.full(3, row.size[0])
+        if row.kind == AREA:
+            extent = np.abs(row.axis_u) * row.size[0] + np.abs(row.axis_v) * row.size[1]
+            if row.flags & (FOCUSED | DELTA):
+                bounds.reach[i] = math.asin(math.sqrt(row.cone[2])) + 1e-3
+        elif row.kind == POINT:
+            bounds.spread[i] = math.pi
+        else:
+            bounds.spread[i], bounds.reach[i] = spot_half_angle(row.cone[0], row.to_world, row.normal), 1e-3
+        bounds.low[i], bounds.high[i] = row.position - extent, row.position + extent
+        bounds.axis[i], bounds.power[i], bounds.solid[i] = row.normal, row.power, not row.flags & DELTA
+    return bounds
+
+
+def without_lights(lights: LightTable) -> LightTable:
+    """The table for rays that shall see no light."""
+    return lights._replace(kind=lights.kind[:0], n_near=0, lamp_tree=build_tree(empty_bounds(0)))
 
 
 def make_cdf(probabilities: np.ndarray) -> np.ndarray:
@@ -175,8 +215,8 @@ def _weight(rgb: np.ndarray) -> float:
     return float(rgb @ LUMINANCE)
 
 
-def _triangles(emitters: Emitters) -> dict[str, np.ndarray]:
-    """Emissive triangles in double precision, with a CDF by flux."""
+def _triangles(emitters: Emitters) -> dict:
+    """Emissive triangles in double precision, with a CDF by flux and a tree."""
     v0, v1, v2 = (np.asarray(v, np.float64).reshape(-1, 3) for v in (emitters.v0, emitters.v1, emitters.v2))
     e1, e2 = v1 - v0, v2 - v0
     area = 0.5 * np.linalg.norm(np.cross(e1, e2), axis=1)
@@ -184,7 +224,13 @@ def _triangles(emitters: Emitters) -> dict[str, np.ndarray]:
     weights = area * (radiance @ LUMINANCE)
     total = weights.sum()
     cdf = make_cdf(weights / total) if total > 0.0 else np.zeros(len(weights))
-    return {"tri_v0": v0, "tri_e1": e1, "tri_e2": e2, "tri_radiance": radiance, "tri_area": area, "tri_cdf": cdf}
+    outward = np.zeros(len(area)) if emitters.outward is None else np.asarray(emitters.outward, np.float64)
+    shaded = np.zeros(len(area), bool) if emitters.shaded is None else np.asarray(emitters.shaded, bool)
+    return {
+        "tri_id": np.asarray(emitters.tri, np.int32),
+        "tri_v0": v0, "tri_e1": e1, "tri_e2": e2, "tri_radiance": radiance, "tri_area": area, "tri_cdf": cdf,
+        "tri_shaded": shaded, "tri_tree": build_tree(triangle_bounds(np.stack([v0, v1, v2], 1), weights, outward)),
+    }  # fmt: skip
 
 
 def _mesh(triangles: dict[str, np.ndarray]) -> _Row:

@@ -10,10 +10,11 @@ from scipy.stats import qmc
 from ..geometry.surface import offset_origin
 from ..jit import inlined, kernel
 from ..sampling.warps import square_to_disk
-from ..vec import dot, load3, luminance, madd, scale, sub
+from ..vec import dot, load3, luminance, madd, mul, scale, sub
 from .aim import disk_line_pdf, distant_line, round_line, round_line_pdf, toward, toward_pdf_w
 from .area import area_gain, area_inside, area_local, area_point
-from .emit import area_origin, from_outside, mesh_origin, round_surface
+from .emit import area_origin, from_outside, round_surface
+from .mesh import mesh_origin, triangle_radiance
 from .round import spot_falloff
 from .select import pick
 from .table import AREA, DELTA, MESH, SUN, WORLD, LightTable, make_cdf
@@ -105,7 +106,7 @@ def _enclose(a: tuple, b: tuple) -> tuple[np.ndarray, float]:
 
 @inlined
 def emit_aimed(lights, targets, l, u_pick, u0, u1, u2, u3):
-    """A photon of light l aimed at one of the targets: (o, d, phi) as `emit_photon`.
+    """A photon of light l aimed at one of the targets: (o, d, phi, m) as `emit_photon`.
 
     phi holds 1 / (the mixture's density over all targets), so that among the photons that hit any target the flux is
     that of `emit_photon`. phi = black: nothing leaves that way.
@@ -115,21 +116,22 @@ def emit_aimed(lights, targets, l, u_pick, u0, u1, u2, u3):
     if kind == MESH:
         return _aimed_mesh(lights, targets, l, c, u0, u1, u2, u3)
     if kind == AREA:
-        return _aimed_area(lights, targets, l, c, u0, u1, u2, u3)
+        o, d, phi = _aimed_area(lights, targets, l, c, u0, u1, u2, u3)
+        return o, d, phi, -1
     center = load3(targets.center, c)
     radius = targets.radius[c]
     if kind == SUN or kind == WORLD:
         x, d, le = distant_line(lights, l, center, radius, u0, u1, u2, u3)
-        return from_outside(lights, x, d), d, scale(le, 1.0 / disk_mixture(targets, l, x, d))
+        return from_outside(lights, x, d), d, scale(le, 1.0 / disk_mixture(targets, l, x, d)), -1
     x, d = round_line(lights, l, center, radius, u0, u1, u2, u3)
     r = sub(load3(lights.position, l), x)
     o = madd(x, dot(r, d), d)
     off = sub(o, load3(lights.position, l))
     gain = spot_falloff(lights, l, d)
     if gain == 0.0 or dot(off, off) > lights.size[l, 0] * lights.size[l, 0]:
-        return o, d, BLACK
+        return o, d, BLACK, -1
     gain /= round_mixture(lights, targets, l, o, d)
-    return round_surface(lights, l, o, d), d, scale(load3(lights.radiance, l), gain)
+    return round_surface(lights, l, o, d), d, scale(load3(lights.radiance, l), gain), -1
 
 
 @inlined
@@ -196,7 +198,7 @@ def _aimed_mesh(lights, targets, l, c, u0, u1, u2, u3):
     m, o, normal, density = mesh_origin(lights, u0, u1)
     d = toward(o, load3(targets.center, c), targets.radius[c], u2, u3)
     gain = abs(dot(normal, d)) / (density * cone_mixture(targets, l, o, d))
-    return offset_origin(o, normal, d, lights.radius), d, scale(load3(lights.tri_radiance, m), gain)
+    return offset_origin(o, normal, d, lights.radius), d, scale(triangle_radiance(lights, m), gain), m
 
 
 @kernel
@@ -211,6 +213,8 @@ def estimate_flux(lights, targets, numbers, flux):
             total = 0.0
             for i in range(n):
                 u0, u1, u2, u3 = numbers[i, 0], numbers[i, 1], numbers[i, 2], numbers[i, 3]
-                _, _, phi = emit_aimed(lights, targets, l, u_pick, u0, u1, u2, u3)
+                _, _, phi, m = emit_aimed(lights, targets, l, u_pick, u0, u1, u2, u3)
+                if m >= 0 and lights.tri_shaded[m]:
+                    phi = mul(phi, load3(lights.tri_radiance, m))
                 total += luminance(phi)
             flux[l, c] = total / (n * count)

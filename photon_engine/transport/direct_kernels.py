@@ -12,6 +12,7 @@ from ..bsdf.surface import eval_rough, prepare, sample
 from ..geometry.surface import offset_origin, surface_point
 from ..geometry.terminator import lift
 from ..jit import kernel
+from ..lights.mesh import place_on
 from ..lights.sample import sample_light
 from ..sampling.mis import power_heuristic
 from ..sampling.rng import uniform
@@ -34,6 +35,8 @@ class ShadowRays(NamedTuple):
     light: np.ndarray  # (n, 3) f32, what it adds to the pixel
     pixel: np.ndarray  # (n,) i32
     inside: np.ndarray  # (n,) i64, bits of the absorbing media it is in; (0,) in a scene without
+    emitter: np.ndarray  # (n,) i32, triangle at its end whose radiance is still to be multiplied in; -1: none
+    place: np.ndarray  # (n, 2) f32, where on it
 
 
 class SecondPaths(NamedTuple):
@@ -61,6 +64,8 @@ def empty_shadow_rays(n: int, media: bool = False) -> ShadowRays:
         np.empty((n, 3), np.float32),
         np.empty(n, np.int32),
         no_bits(n, media),
+        np.empty(n, np.int32),
+        np.empty((n, 2), np.float32),
     )
 
 
@@ -102,7 +107,7 @@ def sample_lights(laws, lights, surfaces, points, j, samples, mis, rays):
         # one random number, stratified over the samples
         u_select = (j + uniform(key, DIRECT_DIMENSION - 1)) / samples
         wo = load3(points.wo, m)
-        wi, distance, le, pdf_w, is_delta = sample_light(
+        wi, distance, le, pdf_w, is_delta, emitter = sample_light(
             lights, p, facing(ns, ng, wo), u_select, uniform(key, dim), uniform(key, dim + 1)
         )
         if max3(le) <= 0.0:
@@ -126,8 +131,19 @@ def sample_lights(laws, lights, surfaces, points, j, samples, mis, rays):
         if len(rays.inside):
             prim = surfaces.prim[i]
             rays.inside[count] = after_surface(laws.media, points.inside[m], prim, dot(ng, wo), dot(ng, wi))
+        _note_emitter(lights, rays, count, emitter, add(p, scale(wi, distance)))
         count += 1
     return count
+
+
+@kernel
+def _note_emitter(lights, rays, i, m, p):
+    """Where shadow ray i ends on emissive triangle m, when its radiance depends on that."""
+    rays.emitter[i] = -1
+    if m >= 0 and lights.tri_shaded[m]:
+        rays.emitter[i] = lights.tri_id[m]
+        u, v = place_on(lights, m, p)
+        rays.place[i, 0], rays.place[i, 1] = u, v
 
 
 @kernel

@@ -20,6 +20,7 @@ from .direct_kernels import (
     sample_lights,
     sample_lobes,
 )
+from .emission import multiply_radiance
 from .eye_kernels import Tile, VisiblePoints, camera_rays, empty_paths, empty_points, eye_step
 from .gather_kernels import Radius, gather
 from .photon_kernels import Surfaces
@@ -121,6 +122,7 @@ def _shadow_rays(scene: RenderScene, run: EyeRun, surfaces: Surfaces, points: Vi
         scene.laws, scene.lights, surfaces, points, j, run.light_samples, 1 if run.lobe_rays else 0, rays
     )
     rays = head(rays, count)
+    multiply_radiance(scene, rays.emitter, rays.place, -rays.d, rays.light)
     traced = count
     if not scene.plan.see_through:
         occluded = scene.intersector.occluded(rays.o, rays.d, rays.t_max)

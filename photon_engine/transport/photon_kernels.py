@@ -13,6 +13,7 @@ from ..geometry.flatten import Geometry
 from ..geometry.surface import offset_origin, surface_point
 from ..jit import inlined, kernel
 from ..lights.emit import dark_distance, emit_photon
+from ..lights.mesh import place_on
 from ..lights.select import pick
 from ..lights.targets import emit_aimed
 from ..photons.batch import ONE_ROUGH, SEEN_SHARP
@@ -40,6 +41,14 @@ class Surfaces(NamedTuple):
     scratch: np.ndarray  # (K, 8) f64, work space of the lobes' functions
 
 
+class Births(NamedTuple):
+    """What is known of new photons besides themselves."""
+
+    light: np.ndarray  # (n,) i32, index into the LightTable
+    emitter: np.ndarray  # (n,) i32, triangle whose radiance is still to be multiplied into the flux; -1: none
+    place: np.ndarray  # (n, 2) f32, where on it
+
+
 class Laws(NamedTuple):
     """Constants of a render that kernels need."""
 
@@ -51,14 +60,14 @@ class Laws(NamedTuple):
 
 
 @kernel
-def emit_everywhere(lights, media, points, key, first, photons, tally):
+def emit_everywhere(lights, media, points, key, first, photons, births):
     """Photons `first` onward of len(points), from all lights by their power; points (N, 6) u32 as in rng.shifted."""
     total = len(points)
     for i in range(len(photons.key)):
         k = path_key(key, first + i)
         n = first + i
         light, p_light, _ = pick(lights.photon_cdf, shifted(points, key, n, 0))
-        o, d, phi = emit_photon(
+        o, d, phi, m = emit_photon(
             lights,
             light,
             shifted(points, key, n, 1),
@@ -69,18 +78,19 @@ def emit_everywhere(lights, media, points, key, first, photons, tally):
         photons.dark[i] = dark_distance(lights, light, o, d)
         if len(photons.inside):
             photons.inside[i] = media.at_light[light]
-        _launch(photons, i, k, o, d, scale(phi, 1.0 / (p_light * total)), tally)
+        _launch(photons, i, k, o, d, scale(phi, 1.0 / (p_light * total)))
+        _note_birth(lights, births, i, light, m, o)
 
 
 @kernel
-def emit_at_targets(lights, targets, media, points, key, first, photons, tally):
+def emit_at_targets(lights, targets, media, points, key, first, photons, births):
     """Photons `first` onward of len(points), aimed at the specular objects."""
     total = len(points)
     for i in range(len(photons.key)):
         k = path_key(key, first + i)
         n = first + i
         light, p_light, _ = pick(targets.aimed_cdf, shifted(points, key, n, 0))
-        o, d, phi = emit_aimed(
+        o, d, phi, m = emit_aimed(
             lights,
             targets,
             light,
@@ -93,19 +103,28 @@ def emit_at_targets(lights, targets, media, points, key, first, photons, tally):
         photons.dark[i] = dark_distance(lights, light, o, d)
         if len(photons.inside):
             photons.inside[i] = media.at_light[light]
-        _launch(photons, i, k, o, d, scale(phi, 1.0 / (p_light * total)), tally)
+        _launch(photons, i, k, o, d, scale(phi, 1.0 / (p_light * total)))
+        _note_birth(lights, births, i, light, m, o)
 
 
 @inlined
-def _launch(photons, i, k, o, d, phi, tally):
-    """Write a new photon and count its flux."""
+def _launch(photons, i, k, o, d, phi):
+    """Write a new photon."""
     store3(photons.o, i, o)
     store3(photons.d, i, d)
     store3(photons.phi, i, phi)
     photons.key[i] = k
     photons.seen[i] = 0
-    for c in range(3):
-        tally[EMITTED, c] += phi[c]
+
+
+@inlined
+def _note_birth(lights, births, i, light, m, o):
+    """The light that photon i left, and where on emissive triangle m when its flux depends on that."""
+    births.light[i] = light
+    births.emitter[i] = -1
+    if m >= 0 and lights.tri_shaded[m]:
+        births.emitter[i] = lights.tri_id[m]
+        births.place[i, 0], births.place[i, 1] = place_on(lights, m, o)
 
 
 @kernel

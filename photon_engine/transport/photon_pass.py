@@ -13,8 +13,9 @@ from scipy.stats import qmc
 
 from ..photons.batch import Deposits, Photons, empty_deposits, empty_photons, head, join
 from ..sampling.rng import STREAM_CAUSTIC, STREAM_DIFFUSE, make_key
+from .emission import multiply_radiance
 from .matte_kernels import empty_lanes
-from .photon_kernels import ABSORBED, DROPPED, Leg, emit_at_targets, emit_everywhere, photon_step
+from .photon_kernels import ABSORBED, DROPPED, EMITTED, Births, Leg, emit_at_targets, emit_everywhere, photon_step
 from .photon_rules import CAUSTIC
 from .render_scene import RenderScene
 
@@ -130,12 +131,16 @@ def _carry(
 
 def _emitted(scene: RenderScene, run: PhotonRun, numbers: range, tally: np.ndarray) -> Photons:
     """Photons with these numbers, leaving their lights."""
-    photons = empty_photons(len(numbers), scene.absorbs)
+    n = len(numbers)
+    photons = empty_photons(n, scene.absorbs)
+    births = Births(np.empty(n, np.int32), np.empty(n, np.int32), np.empty((n, 2), np.float32))
     media = scene.laws.media
     if run.mode == CAUSTIC:
-        emit_at_targets(scene.lights, scene.targets, media, run.points, run.key, numbers.start, photons, tally)
+        emit_at_targets(scene.lights, scene.targets, media, run.points, run.key, numbers.start, photons, births)
     else:
-        emit_everywhere(scene.lights, media, run.points, run.key, numbers.start, photons, tally)
+        emit_everywhere(scene.lights, media, run.points, run.key, numbers.start, photons, births)
+    multiply_radiance(scene, births.emitter, births.place, photons.d, photons.phi)
+    tally[EMITTED] += photons.phi.sum(axis=0, dtype=np.float64)
     return photons
 
 

@@ -6,7 +6,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..bsdf.layout import EMISSION
 from ..camera.rays import build_camera
 from ..film.passes import ALL_NAMES
 from ..geometry.flatten import bounding_sphere
@@ -14,20 +13,20 @@ from ..geometry.intersect import Hits
 from ..geometry.kept import Kept
 from ..issues import IssueLog
 from ..lights.sky import build_sky
-from ..lights.table import Emitters, build_lights
+from ..lights.table import build_lights, without_lights
 from ..lights.targets import build_targets
 from ..plan import make_plan
 from ..scene.data import SceneData
 from ..settings import Settings
 from ..survey import survey
 from .displace import displaced
+from .emission import find_emitters
 from .eye_kernels import EyeRules
 from .materials import MaterialTable
 from .media import absorb, find_media, inside_at, locate_lights
 from .photon_kernels import Laws, Surfaces
 
 BACKGROUND_DEPTH = 1e10  # as Cycles writes it
-MOST_EMITTERS_AT_ONCE = 1 << 16
 
 
 class RenderScene:
@@ -52,7 +51,8 @@ class RenderScene:
         stage("Compiling materials")
         self.materials = MaterialTable(scene, self.flat, settings.specular_threshold, issues)
         stage("Preparing lights")
-        self.emitters = self._emitters(scene)
+        self.emitters = find_emitters(self.flat, self.materials)
+        self.shaded_emitters = bool(self.emitters.shaded.any())
         self.sky = build_sky(scene.world, scene.images, issues)
         self.lights = build_lights(
             scene,
@@ -67,7 +67,7 @@ class RenderScene:
         self.camera = build_camera(scene.camera, scene.frame, self.flat.origin)
         facts = survey(scene, settings.specular_threshold, self.materials.programs)
         self.plan = make_plan(scene, settings, outputs, facts if len(self.lights.kind) else facts.unlit())
-        self.seen_lights = self.lights if self.plan.sees_lights else self.lights._replace(kind=self.lights.kind[:0])
+        self.seen_lights = self.lights if self.plan.sees_lights else without_lights(self.lights)
         self.targets = self._targets() if self.plan.caustic_map else None
         terminator = np.array([item.terminator_offset for item in scene.instances] + [0.0], np.float32)
         sigma = [program.absorption for program in self.materials.programs]
@@ -89,7 +89,10 @@ class RenderScene:
 
     def surfaces(self, o: np.ndarray, d: np.ndarray, t_max: np.ndarray | None = None, **path) -> Surfaces:
         """What rays hit and how it scatters; o, d : (n, 3) f32."""
-        hits = self.intersector.closest(o, d, t_max)
+        return self.surfaces_at(self.intersector.closest(o, d, t_max), d, **path)
+
+    def surfaces_at(self, hits: Hits, d: np.ndarray, **path) -> Surfaces:
+        """How what was hit by rays along d (n, 3) f32 scatters."""
         rows, row = self.materials.shade(hits, d, **path)
         scratch = np.empty((rows.kind.shape[1], 8))
         return Surfaces(self.flat.geometry, rows, row, hits.prim, hits.u, hits.v, hits.t, scratch)
@@ -112,44 +115,6 @@ class RenderScene:
         absorb(self.laws.media, inside, np.ascontiguousarray(distance, np.float32), colors, lost)
         return lost
 
-    def _emitters(self, scene: SceneData) -> Emitters:
-        """Triangles whose material radiates, with their mean radiance."""
-        geometry, table = self.flat.geometry, self.materials
-        tri = (
-            np.flatnonzero(table.emits[geometry.material]).astype(np.int32)
-            if len(geometry.material)
-            else np.zeros(0, np.int32)
-        )
-        radiance = np.zeros((len(tri), 3), np.float32)
-        material = geometry.material[tri]
-        for m in np.unique(material):
-            index = np.flatnonzero(material == m)
-            if m in table.varying:
-                for part in np.array_split(index, max(1, len(index) // MOST_EMITTERS_AT_ONCE)):
-                    radiance[part] = self._mean_radiance(m, tri[part])
-            else:
-                radiance[index] = emission_of(table.fixed.kind[m : m + 1], table.fixed.params[m : m + 1])
-        lit = (radiance != 0.0).any(axis=1)
-        tri, radiance = tri[lit], radiance[lit]
-        corner = geometry.positions[geometry.triangles[tri]]
-        return Emitters(tri, corner[:, 0], corner[:, 1], corner[:, 2], radiance)
-
-    def _mean_radiance(self, m: int, tri: np.ndarray) -> np.ndarray:
-        """Radiance (n, 3) of triangles of a varying material: mean of four points, seen along the normal."""
-        total = np.zeros((len(tri), 3))
-        samples = ((1 / 3, 1 / 3), (0.6, 0.2), (0.2, 0.6), (0.2, 0.2))
-        geometry = self.flat.geometry
-        corner = geometry.positions[geometry.triangles[tri]].astype(np.float64)
-        ng = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-        ng /= np.maximum(np.linalg.norm(ng, axis=1, keepdims=True), 1e-300)
-        for u, v in samples:
-            ones = np.ones(len(tri), np.float32)
-            rows = self.materials.rows_at(
-                m, Hits(tri, ones * np.float32(u), ones * np.float32(v), ones), ng.astype(np.float32)
-            )
-            total += emission_of(rows.kind, rows.params)
-        return total / len(samples)
-
     def _targets(self):
         """Bounding spheres of the instances that have a specular surface; of all instances when none has one."""
         geometry = self.flat.geometry
@@ -164,8 +129,3 @@ class RenderScene:
             centers.append(center)
             radii.append(radius)
         return build_targets(self.lights, np.array(centers), np.array(radii))
-
-
-def emission_of(kind: np.ndarray, params: np.ndarray) -> np.ndarray:
-    """Radiance (n, 3) of rows of lobes without regard to layers above."""
-    return (params[:, :, :3] * (kind == EMISSION)[:, :, None]).sum(axis=1)

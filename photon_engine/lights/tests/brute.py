@@ -59,7 +59,7 @@ def irradiance(lights, tris, p, ns, numbers, how, out):
     for i in range(numbers.shape[0]):
         total = (0.0, 0.0, 0.0)
         if how != RAYS_ONLY:
-            wi, _, le, pdf_w, is_delta = sample_light(lights, p, ns, numbers[i, 0], numbers[i, 1], numbers[i, 2])
+            wi, _, le, pdf_w, is_delta, _ = sample_light(lights, p, ns, numbers[i, 0], numbers[i, 1], numbers[i, 2])
             cosine = dot(wi, ns)
             if cosine > 0.0:
                 w = power_heuristic(pdf_w, cosine / math.pi) if how == BOTH and not is_delta else 1.0
@@ -77,7 +77,7 @@ def irradiance_on_disk(lights, center, normal, radius, numbers, out):
     for i in range(numbers.shape[0]):
         x, y = square_to_disk(numbers[i, 3], numbers[i, 4])
         p = add(center, to_world((radius * x, radius * y, 0.0), normal))
-        wi, _, le, pdf_w, _ = sample_light(lights, p, normal, numbers[i, 0], numbers[i, 1], numbers[i, 2])
+        wi, _, le, pdf_w, _, _ = sample_light(lights, p, normal, numbers[i, 0], numbers[i, 1], numbers[i, 2])
         store3(out, i, scale(le, max(0.0, dot(wi, normal)) / pdf_w))
 
 
@@ -85,7 +85,7 @@ def irradiance_on_disk(lights, center, normal, radius, numbers, out):
 def flux_on_disk(lights, l, center, normal, radius, numbers, out):
     """Flux of whole-light photons on the front of a disk -> out (n, 3); numbers (n, 4)."""
     for i in range(numbers.shape[0]):
-        o, d, phi = emit_photon(lights, l, numbers[i, 0], numbers[i, 1], numbers[i, 2], numbers[i, 3])
+        o, d, phi, _ = emit_photon(lights, l, numbers[i, 0], numbers[i, 1], numbers[i, 2], numbers[i, 3])
         cosine = -dot(d, normal)
         t = dot(sub(o, center), normal) / cosine if cosine > 0.0 else -1.0
         off = sub(madd(o, t, d), center)
@@ -115,9 +115,9 @@ def flux_by_region(lights, targets, l, numbers, aimed, sums, squares):
     for i in range(numbers.shape[0]):
         u0, u1, u2, u3 = numbers[i, 0], numbers[i, 1], numbers[i, 2], numbers[i, 3]
         if aimed:
-            o, d, phi = emit_aimed(lights, targets, l, numbers[i, 4], u0, u1, u2, u3)
+            o, d, phi, _ = emit_aimed(lights, targets, l, numbers[i, 4], u0, u1, u2, u3)
         else:
-            o, d, phi = emit_photon(lights, l, u0, u1, u2, u3)
+            o, d, phi, _ = emit_photon(lights, l, u0, u1, u2, u3)
         bits = region(targets, o, d)
         sums[bits] += phi[0]
         squares[bits] += phi[0] * phi[0]
@@ -150,7 +150,7 @@ def direction_pdf(lights, tris, p, ns, d):
 def sampled_directions(lights, p, ns, numbers, d, pdf_w):
     """Directions of `sample_light` -> d (n, 3), and their densities, 0 without light -> pdf_w (n,); numbers (n, 3)."""
     for i in range(numbers.shape[0]):
-        wi, _, le, pdf, _ = sample_light(lights, p, ns, numbers[i, 0], numbers[i, 1], numbers[i, 2])
+        wi, _, le, pdf, _, _ = sample_light(lights, p, ns, numbers[i, 0], numbers[i, 1], numbers[i, 2])
         store3(d, i, wi)
         pdf_w[i] = pdf if le[0] > 0.0 else 0.0
 

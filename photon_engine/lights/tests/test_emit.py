@@ -79,7 +79,7 @@ def test_mean_flux_is_the_lights_flux(name):
 def test_photons_are_unit_finite_and_start_on_the_light(name):
     lights = SINGLE[name]()
     for u in [*uniform(500, 4, 2), np.zeros(4), np.full(4, 1 - 2.0**-53)]:
-        o, d, phi = emit_photon(lights, 0, *u)
+        o, d, phi, _ = emit_photon(lights, 0, *u)
         assert np.linalg.norm(d) == pytest.approx(1.0, abs=1e-12)
         assert np.all(np.isfinite(o)) and np.all(np.isfinite(phi)) and min(phi) >= 0.0
         if name in LAMPS and LAMPS[name].kind != "SUN":

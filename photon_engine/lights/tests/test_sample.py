@@ -219,7 +219,7 @@ def test_directions_follow_the_density(name):
 
 def test_a_lamp_without_shadows_is_left_to_light_sampling():
     lights = table([lamp("AREA", size=(1.0, 1.0), cast_shadow=False)])
-    _, distance, le, _, is_delta = sample_light(lights, (0.0, 0.0, 0.0), UP, 0.5, 0.5, 0.5)
+    _, distance, le, _, is_delta, _ = sample_light(lights, (0.0, 0.0, 0.0), UP, 0.5, 0.5, 0.5)
     assert distance == 0.0 and is_delta and le[0] > 0.0
     toward = tuple(lights.position[0] / np.linalg.norm(lights.position[0]))
     origin = (0.0, 0.0, 0.0)

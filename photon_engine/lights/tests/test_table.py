@@ -14,7 +14,7 @@ from .scenes import EMITTERS, LAMPS, NO_EMITTERS, RGB, TILTED, WORLD, frame, lam
 
 def test_order_is_lamps_mesh_world():
     lights = table([LAMPS["sun"], LAMPS["point"]], EMITTERS, WORLD)
-    assert list(lights.kind) == [laws.SUN, laws.POINT, laws.MESH, laws.WORLD]
+    assert list(lights.kind) == [laws.POINT, laws.SUN, laws.MESH, laws.WORLD]
 
 
 def test_dark_lights_are_left_out():
