@@ -128,3 +128,21 @@ def test_world_constant_and_varying():
         data = extract(issues)
         assert data.world.graph is not None
         assert data.world.color == (0.0, 0.0, 0.0), kind
+
+
+@pytest.mark.parametrize(("output", "smooth", "known"), [("Quadratic", 0.0, True), ("Linear", 0.0, False),
+                                                         ("Quadratic", 0.5, False)])
+def test_light_falloff(output, smooth, known):
+    """The quadratic falloff is the lamp's own; others vary with distance, which is said."""
+    data = lamp("POINT").data
+    data.use_nodes = True
+    tree = data.node_tree
+    emission = next(n for n in tree.nodes if n.type == "EMISSION")
+    falloff = tree.nodes.new("ShaderNodeLightFalloff")
+    falloff.inputs["Strength"].default_value, falloff.inputs["Smooth"].default_value = 3.0, smooth
+    tree.links.new(falloff.outputs[output], emission.inputs["Strength"])
+    issues = IssueLog()
+    light = extract(issues).lights[0]
+    plain = data.energy * np.array(data.color)
+    assert light.strength == pytest.approx(plain * (3.0 if known else 1.0))
+    assert known == (not list(issues))

@@ -11,35 +11,27 @@ from ..vec import dot
 from .diffuse import INV_PI, sample_cosine
 from .layout import ROUGHNESS, SHEEN, TOON, TOON_GLOSSY
 from .reflect import BLACK
-from .sheen import cloth_value, sheen_density, sheen_direction
+from .sheen import cloth_value, sheen_direction
 from .toon import toon_direction, toon_value
-
-
-@kernel
-def odd_pdf_w(rows, row, k, n, wo, wi, adjoint):
-    """Density of `sample_odd`."""
-    kind = rows.kind[row, k]
-    cos = dot(n, wi)
-    if cos <= 0.0 or dot(n, wo) <= 0.0:
-        return 0.0
-    if kind == TOON_GLOSSY or (kind == TOON and not adjoint):
-        return toon_value(rows, row, k, n, wo, wi)[1]
-    if kind == SHEEN and not adjoint:
-        return cos * sheen_density(float(rows.params[row, k, ROUGHNESS]), n, wo, wi)
-    return cos * INV_PI
 
 
 @kernel
 def eval_odd(rows, row, k, n, wo, wi, adjoint):
     """(f rgb without cosine [1/sr], pdf_w of `sample_odd`); n on the side of wo."""
-    pdf = odd_pdf_w(rows, row, k, n, wo, wi, adjoint)
-    if adjoint:
-        wo, wi = wi, wo
     kind = rows.kind[row, k]
+    cos = dot(n, wi)
+    if cos <= 0.0 or dot(n, wo) <= 0.0:
+        return BLACK, 0.0
+    view, light = (wi, wo) if adjoint else (wo, wi)
+    pdf = cos * INV_PI
     if kind == TOON or kind == TOON_GLOSSY:
-        f, _ = toon_value(rows, row, k, n, wo, wi)
+        f, cone = toon_value(rows, row, k, n, view, light)
+        if kind == TOON_GLOSSY or not adjoint:
+            pdf = cone
     else:
-        f = cloth_value(rows, row, k, n, wo, wi)
+        f = cloth_value(rows, row, k, n, view, light)
+        if kind == SHEEN and not adjoint:
+            pdf = cos * f
     return (f, f, f), pdf
 
 

@@ -13,6 +13,7 @@ GREY = 0.8  # Blender's default base colour
 MIDDLE = 0.5  # of an unknown texture
 COLOR_INPUTS = ("Base Color", "Color")
 UNSUPPORTED_OUTPUTS = {
+    "ShaderNodeLightFalloff": {"Linear", "Constant"},
     "ShaderNodeNewGeometry": {"Pointiness"},
     "ShaderNodeLightPath": {
         "Is Diffuse Ray", "Is Glossy Ray", "Is Singular Ray", "Is Reflection Ray", "Is Transmission Ray",

@@ -133,6 +133,18 @@ def emission(x, props, points):
     return {"Emission": recipes.emission(x["Color"], x["Strength"])}
 
 
+def falloff_varies(item, used):
+    """Only the quadratic falloff, not smoothed, is the lamp's own."""
+    smooth = item.inputs.get("Smooth")
+    return bool(used - {"Quadratic"}) or (smooth is not None and (smooth.node >= 0 or bool(smooth.value)))
+
+
+@node("ShaderNodeLightFalloff", varies=falloff_varies)
+def light_falloff(x, props, points):
+    """A lamp's strength; what falls off otherwise than by the square of the distance is reported."""
+    return {"Quadratic": x["Strength"]}
+
+
 @node("ShaderNodeBackground")
 def background(x, props, points):
     """Light of the world."""
