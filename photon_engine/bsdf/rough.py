@@ -31,9 +31,6 @@ def eval_lobe(rows, row, k, ns, ng, wo, wi, adjoint):
     n = facet_normal(rows, row, k, ns, ng, wo, front)
     if kind == REFLECT:
         f, pdf = eval_reflect(rows, row, k, n, wo, wi)
-        if adjoint and rows.params[row, k, HAS_NORMAL] != 0.0:  # seen from wi the normal is raised for wi
-            n = facet_normal(rows, row, k, ns, ng, wi, front)
-            f, _ = eval_reflect(rows, row, k, n, wi, wo)
         return f, pdf, n, 1.0
     eta = side_eta(rows, row, k, front)
     f, pdf = eval_glass(rows, row, k, n, wo, wi, eta)

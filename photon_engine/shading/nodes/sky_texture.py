@@ -104,7 +104,7 @@ def sky_needs(item, used):
 
 @node("ShaderNodeTexSky", varies=unlinked("Vector"), needs=sky_needs)
 def sky_texture(x, props, points):
-    """Radiance of a clear sky in a direction, which without a vector is the generated coordinate; of length 1 it should be."""
+    """Radiance of a clear sky in a unit direction, which without a vector is the generated coordinate."""
     vector = x.get("Vector")
     d = mapped(columns(points.generated) if vector is None else vector, props).astype(np.float64)
     kind = props.get("sky_type", "MULTIPLE_SCATTERING")
