@@ -53,6 +53,7 @@ LABELS = {
     "gather_narrow": "Final gather on glossy surfaces",
     "emission": "Emission",
     "environment": "Environment",
+    "media": "Absorbing insides",
     "lens": "Depth of field",
     "textures": "Textures",
 }
@@ -72,6 +73,7 @@ class Plan:
     gather_narrow: Decision
     emission: Decision
     environment: Decision
+    media: Decision
     lens: Decision
     textures: Decision
 
@@ -143,6 +145,7 @@ def make_plan(
         **maps,
         **gathers,
         **_seen(rule, facts),
+        media=_media(facts),
         lens=_lens(scene),
         textures=_textures(facts),
     )
@@ -207,6 +210,13 @@ def _seen(rule: Rule, facts: Survey) -> dict[str, Decision]:
         f"{names(facts.sky)} gives light", [], [rule.unasked("Environment"), (not facts.sky, "the world is black")]
     )
     return {"emission": emission, "environment": environment}
+
+
+def _media(facts: Survey) -> Decision:
+    """Beer's law along rays: a scene without media keeps no track of what a ray is inside of."""
+    if not facts.absorbing:
+        return Decision(False, "no inside absorbs")
+    return Decision(True, f"{names(facts.absorbing)} darkens with depth")
 
 
 def _lens(scene: SceneData) -> Decision:

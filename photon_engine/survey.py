@@ -27,6 +27,7 @@ class Survey(NamedTuple):
     rough: tuple[str, ...]  # materials with a lobe of class D
     narrow: tuple[str, ...]  # materials with a rough lobe too narrow for a photon map
     see_through: tuple[str, ...]  # materials and objects that let light straight through
+    absorbing: tuple[str, ...]  # materials whose inside absorbs
     varying: tuple[str, ...]  # materials that vary over a surface or with direction
     needs: frozenset[str]  # what these look up, as in shading.program
 
@@ -66,6 +67,7 @@ def survey(scene: SceneData, threshold: float, programs: Sequence[Program] | Non
         rough=having(lambda program: program.may_be_rough(threshold)) + default,
         narrow=having(lambda program: program.may_be_narrow(threshold)),
         see_through=having(lambda program: program.has_null) + ghosts,
+        absorbing=having(lambda program: program.absorption is not None),
         varying=varying,
         needs=frozenset().union(*(program.needs for _, program in known)),
     )

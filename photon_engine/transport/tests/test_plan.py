@@ -81,6 +81,7 @@ LEFT_OUT = [
     ("gather_all", {}, {}, "Final Gather is Glossy"),
     ("emission", {"lamps": ["Point"]}, {}, "no visible source"),
     ("environment", {}, {}, "the world is black"),
+    ("media", {}, {}, "no inside absorbs"),
     ("lens", {}, {}, "pinhole"),
     ("textures", {}, {}, "no material varies"),
 ]
@@ -126,7 +127,7 @@ def test_only_what_is_asked_for_is_done():
 
 def test_off_runs_everything_that_can_run():
     whole = plan(scene(floor="Black", wall="Black", pane="Black", lamps=["Sun"]), {"Depth"}, plan=False)
-    unneeded = {"lens", "textures", "gather_all"}  # a pinhole, a constant material, a setting
+    unneeded = {"lens", "media", "textures", "gather_all"}  # what the scene is, not what is done; a setting
     assert all(getattr(whole, name) for name in LABELS if name not in unneeded)
     assert whole.direct.reason == OFF
     dark = plan(scene(lamps=[]), plan=False)
