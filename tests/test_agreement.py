@@ -38,8 +38,9 @@ KNOWN = {
     "blenderdiplom_glass": "a delta lamp: Cycles finds none of its caustics, which are most of the picture",
     "shadowless": "photons of a lamp without shadows stop at surfaces, which the engine reports",
     "bump_glossy": "a glossy ball with bumps of 35 degrees throws 5% too little light on the floor",
-    "no_material": "Blender 5 shades a mesh without material as a default Principled (4.5, and we, as grey diffuse)",
 }
+if bpy.app.version < (5, 0):
+    KNOWN["no_material"] = "4.5 shades a mesh without material grey, the reference is Blender 5's default Principled"
 
 
 def marked(names) -> list:
