@@ -69,46 +69,54 @@ class Atmosphere:
         self.table = transmittance(mu.ravel(), height.ravel(), amounts).reshape(LUT[1], LUT[0], 4)
 
     def at(self, mu, height):
-        """Transmittance (n, 4), bilinear in the table."""
+        """Transmittance (..., 4), bilinear in the table; mu and height (...) are broadcast."""
         x = (LUT[0] - 1) * np.clip(0.5 * mu + 0.5, 0.0, 1.0)
         y = (LUT[1] - 1) * np.clip(height, 0.0, 1.0)
         i, j = x.astype(int), y.astype(int)
         i2, j2 = np.minimum(i + 1, LUT[0] - 1), np.minimum(j + 1, LUT[1] - 1)
-        s, t = (x - i)[:, None], (y - j)[:, None]
+        s, t = (x - i)[..., None], (y - j)[..., None]
         low = (1.0 - s) * self.table[j, i] + s * self.table[j, i2]
+        if not t.any():
+            return low
         return (1.0 - t) * low + t * ((1.0 - s) * self.table[j2, i] + s * self.table[j2, i2])
 
     def scattered_before(self, mu, height, r):
-        """Light (n, 4) that was scattered before, by the ground and by the air, for unit irradiance."""
-        zero, one = np.zeros_like(mu), np.ones_like(mu)
+        """Light (rows, n, 4) that was scattered before, by the ground and by the air, for unit irradiance.
+
+        mu : (rows, n), cosines to the sun;  height, r : (rows, 1)
+        """
+        zero, one = np.zeros_like(height), np.ones_like(height)
         omega = 2.0 * math.pi * (1.0 - np.sqrt(np.maximum(1.0 - (EARTH / r) ** 2, 0.0)))
         up = self.at(one, zero) / self.at(one, height)
-        ground = (omega * mu * ALBEDO / (4.0 * math.pi * math.pi))[:, None] * self.at(mu, zero) * up
+        ground = (omega * mu * ALBEDO / (4.0 * math.pi * math.pi))[..., None] * self.at(mu, zero) * up
         air = 0.02 / (1.0 + 5.0 * np.exp(-17.92 * mu))
-        return air[:, None] * np.array([0.217, 0.347, 0.594, 1.0]) + ground
+        return air[..., None] * np.array([0.217, 0.347, 0.594, 1.0]) + ground
 
     def inscattering(self, d, sun, altitude):
-        """Spectra (n, 4) of the light scattered into rays with directions d (n, 3) from an altitude [km]."""
-        r0 = EARTH + altitude
-        z = d[:, 2]
-        to_ground = leaving(np.full(len(d), r0), z, EARTH)
-        step = np.where(to_ground < 0.0, leaving(np.full(len(d), r0), z, TOP), to_ground) / STEPS
-        cosine = -(d @ sun)
-        air_phase = 3.0 / (16.0 * math.pi) * (1.0 + cosine * cosine)
-        aerosol_phase = (1.0 - G * G) / (4.0 * math.pi * (1.0 + G * G + 2.0 * G * cosine) ** 1.5)
-        total, through = np.zeros((len(d), 4)), np.ones((len(d), 4))
+        """Spectra (rows, n, 4) of the light scattered into rays from an altitude [km].
+
+        d : (rows, n, 3), the directions of a row have one elevation, so that its rays pass the same heights
+        """
+        r0, z = EARTH + altitude, d[:, 0, 2]
+        here = np.full(len(z), r0)
+        to_ground = leaving(here, z, EARTH)
+        step = np.where(to_ground < 0.0, leaving(here, z, TOP), to_ground) / STEPS
+        toward = d @ sun
+        air_phase = (3.0 / (16.0 * math.pi) * (1.0 + toward * toward))[..., None]
+        aerosol_phase = ((1.0 - G * G) / (4.0 * math.pi * (1.0 + G * G - 2.0 * G * toward) ** 1.5))[..., None]
+        total, through = np.zeros((*d.shape[:2], 4)), np.ones((len(z), 1, 4))
         for i in range(STEPS):
-            p = d * ((i + 0.5) * step)[:, None]
-            p[:, 2] += r0
-            r = np.linalg.norm(p, axis=1)
+            t = (i + 0.5) * step
+            r = np.sqrt(r0 * r0 + t * t + 2.0 * r0 * t * z)
             h = np.maximum(r - EARTH, 0.0)
-            mu = (p @ sun) / r
-            air, aerosol, ext = coefficients(h, self.amounts)
-            lit, before = self.at(mu, h / THICKNESS), self.scattered_before(mu, h / THICKNESS, r)
-            source = air * (air_phase[:, None] * lit + before) + aerosol * (aerosol_phase[:, None] * lit + before)
-            passed = np.exp(-step[:, None] * ext)
-            total += through * IRRADIANCE * source * (1.0 - passed) / np.maximum(ext, 1e-7)
-            through *= passed
+            mu = (t[:, None] * toward + r0 * sun[2]) / r[:, None]
+            air, aerosol, ext = (c[:, None] for c in coefficients(h, self.amounts))
+            height = h[:, None] / THICKNESS
+            lit, before = self.at(mu, height), self.scattered_before(mu, height, r[:, None])
+            passed = np.exp(-step[:, None, None] * ext)
+            share = through * IRRADIANCE * (1.0 - passed) / np.maximum(ext, 1e-7)
+            total += share * ((air * air_phase + aerosol * aerosol_phase) * lit + (air + aerosol) * before)
+            through = through * passed
         return total
 
 
@@ -119,9 +127,8 @@ def picture(elevation, altitude, amounts, size):
     azimuth = 2.0 * math.pi * (np.arange(width // 2) + 0.5) / width
     line = 2.0 * (np.arange(height) + 0.5) / height - 1.0
     elev, az = np.meshgrid(np.copysign(line * line, line) * 0.5 * math.pi, azimuth, indexing="ij")
-    d = np.stack([np.cos(elev) * np.cos(az), np.cos(elev) * np.sin(az), np.sin(elev)], axis=-1).reshape(-1, 3)
+    d = np.stack([np.cos(elev) * np.cos(az), np.cos(elev) * np.sin(az), np.sin(elev)], axis=-1)
     sky = Atmosphere(amounts).inscattering(d, sun_direction(elevation), altitude) @ TO_XYZ
-    sky = sky.reshape(height, width // 2, 3)
     return np.concatenate([sky, sky[:, ::-1]], axis=1)
 
 
