@@ -21,7 +21,9 @@ BASE = frozenset(item.identifier for item in bpy.types.ShaderNode.bl_rna.propert
 
 def socket_value(socket: Any) -> Any:
     """An input's constant: float or list; None where the surface decides (hidden values) or there is none."""
-    if socket.type == "SHADER" or not hasattr(socket, "default_value") or getattr(socket, "hide_value", False):
+    if socket.type == "SHADER" or not hasattr(socket, "default_value"):
+        return None
+    if socket.type == "VECTOR" and getattr(socket, "hide_value", False):
         return None
     value = socket.default_value
     if socket.type in SCALARS:

@@ -12,6 +12,28 @@ from .registry import REGISTRY, SCALARS, NodeKind, f32
 GREY = 0.8  # Blender's default base colour
 MIDDLE = 0.5  # of an unknown texture
 COLOR_INPUTS = ("Base Color", "Color")
+# nodes that are known and left out, with the reason
+NOT_SUPPORTED = {
+    "ShaderNodeAmbientOcclusion": "traces rays while shading",
+    "ShaderNodeBevel": "traces rays while shading",
+    "ShaderNodeRaycast": "traces rays while shading",
+    "ShaderNodeWireframe": "edges are not known to shading yet",
+    "ShaderNodeRadialTiling": "not yet",
+    "ShaderNodeLightFalloff": "light nodes that vary are not supported yet",
+    "ShaderNodeTexIES": "light nodes that vary are not supported yet",
+    "ShaderNodeBsdfHair": "hair is not supported yet",
+    "ShaderNodeBsdfHairPrincipled": "hair is not supported yet",
+    "ShaderNodeBsdfRayPortal": "portals are not supported yet",
+    "ShaderNodeVolumeInfo": "volume grids are not supported yet",
+    "ShaderNodeTexPointDensity": "of Blender 4.5; Cycles' own point density is not supported",
+    "ShaderNodeOutputAOV": "shader AOVs are not supported yet",
+    "ShaderNodeScript": "OSL is not supported",
+    "ShaderNodeEeveeSpecular": "EEVEE only",
+    "ShaderNodeShaderToRGB": "EEVEE only",
+    "ShaderNodeSqueeze": "Freestyle only",
+    "ShaderNodeOutputLineStyle": "Freestyle only",
+    "ShaderNodeUVAlongStroke": "Freestyle only",
+}
 UNSUPPORTED_OUTPUTS = {
     "ShaderNodeLightFalloff": {"Linear", "Constant"},
     "ShaderNodeNewGeometry": {"Pointiness"},

@@ -1,0 +1,79 @@
+"""Write docs/nodes.md: every shader node of Blender, supported or not. Run it with Blender 5.2's Python."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT))
+
+import bpy  # noqa: E402
+
+import photon_engine.shading.material  # noqa: E402, F401  (fills the registry)
+from photon_engine.shading.fallback import NOT_SUPPORTED, UNSUPPORTED_OUTPUTS, UNSUPPORTED_SETTINGS  # noqa: E402
+from photon_engine.shading.registry import REGISTRY  # noqa: E402
+
+# part of every tree: resolved before shading
+STRUCTURE = {
+    "NodeFrame": "drawing only", "NodeGroupInput": "groups are resolved", "NodeGroupOutput": "groups are resolved",
+    "NodeReroute": "resolved", "ShaderNodeGroup": "groups are resolved, nested ones too",
+    "ShaderNodeOutputMaterial": "surface, volume and displacement", "ShaderNodeOutputWorld": "surface",
+    "ShaderNodeOutputLight": "surface",
+}  # fmt: skip
+# of Blender 4.5 alone
+OLD_ONLY = {"ShaderNodeTexPointDensity"}
+
+
+def node_types() -> list[str]:
+    """Types of nodes that this Blender lets into a shader tree."""
+    material = bpy.data.materials.new("Node types")
+    material.use_nodes = True
+    nodes, found = material.node_tree.nodes, []
+    for name in dir(bpy.types):
+        shaderlike = name.startswith("ShaderNode") and name not in ("ShaderNode", "ShaderNodeTree")
+        if not (shaderlike or name in STRUCTURE or name in NOT_SUPPORTED):
+            continue
+        try:
+            nodes.new(name)
+        except RuntimeError:
+            continue
+        found.append(name)
+    bpy.data.materials.remove(material)
+    return sorted(found)
+
+
+def status(name: str) -> tuple[str, str]:
+    """Whether a type is supported, and a remark."""
+    if name in STRUCTURE:
+        return "yes", STRUCTURE[name]
+    if name not in REGISTRY:
+        return "no", NOT_SUPPORTED.get(name, "")
+    remarks = []
+    if outputs := UNSUPPORTED_OUTPUTS.get(name):
+        remarks.append(f"not: {', '.join(sorted(outputs))}")
+    for setting, (values, instead) in UNSUPPORTED_SETTINGS.get(name, {}).items():
+        remarks.append(f"{setting} {', '.join(sorted(values))}: {instead}")
+    return "yes", "; ".join(remarks)
+
+
+def table() -> str:
+    """The page."""
+    lines = [
+        "# Shader nodes",
+        "",
+        "Made by `scripts/node_table.py` from Blender's own list. A node that is not supported is named in the",
+        "messages of a render, with what stands in its place.",
+        "",
+        "| node | type | supported | remark |",
+        "| --- | --- | --- | --- |",
+    ]
+    for name in sorted({*node_types(), *OLD_ONLY}):
+        known = getattr(bpy.types, name, None)
+        label = known.bl_rna.name if known is not None else name.removeprefix("ShaderNode")
+        lines.append(f"| {label} | `{name}` | {' | '.join(status(name))} |")
+    return "\n".join(lines) + "\n"
+
+
+if __name__ == "__main__":
+    (ROOT / "docs" / "nodes.md").write_text(table())
