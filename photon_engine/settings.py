@@ -119,6 +119,14 @@ class Settings:
     light_samples: int = setting(
         4, "Light Samples", "Shadow rays from each visible point in each pass", min=1, max=64, group="Light Paths"
     )
+    splits: int = setting(
+        3,
+        "Splits",
+        "At how many surfaces a path from the camera follows reflection and refraction both, instead of one at random",
+        min=0,
+        max=8,
+        group="Light Paths",
+    )
     specular_threshold: float = setting(
         0.05,
         "Specular Threshold",

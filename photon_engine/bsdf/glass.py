@@ -97,7 +97,8 @@ def refract_in(wo, h, c, cos_t, eta):
 def sample_glass(rows, row, k, n, ng, wo, eta, u):
     """Reflect or refract wo at a visible facet, by the energy of either; a REFRACT lobe refracts or fails.
 
-    n : the lobe's normal;  ng : geometric normal on the side of wo;  u : three numbers in [0, 1), u[0] decides
+    n : the lobe's normal;  ng : geometric normal on the side of wo;  u : three numbers in [0, 1), u[0] decides; below 0
+    it forces reflection and above 1 refraction, and then the weight is not over the probability of either
     out : (ok, wi, f cos / pdf rgb, pdf_w, refracted); pdf_w = 0 for a delta lobe.
     """
     cos_o = dot(n, wo)
@@ -121,9 +122,11 @@ def sample_glass(rows, row, k, n, ng, wo, eta, u):
     cos_i = dot(n, wi)
     if abs(cos_i) <= 1e-9 or (cos_i < 0.0) != through or (dot(ng, wi) < 0.0) != through:
         return False, UP, BLACK, 0.0, False
-    s = 1.0 / p
     if value[0] + value[1] + value[2] <= 0.0:
         return False, UP, BLACK, 0.0, False
+    if u[0] < 0.0 or u[0] > 1.0:
+        p = 1.0
+    s = 1.0 / p
     if delta:
         return True, wi, (value[0] * s, value[1] * s, value[2] * s), 0.0, through
     alpha2 = alpha * alpha

@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..bsdf.layout import CLASS_NULL, CLASS_ROUGH, NONE
+from ..bsdf.layout import CLASS_ROUGH
+from ..bsdf.split import straight_through
 from ..bsdf.surface import eval_rough, prepare, sample
 from ..geometry.surface import offset_origin, surface_point
 from ..geometry.terminator import lift
@@ -204,20 +205,6 @@ def attenuate_shadows(laws, surfaces, rays, casts):
             rays.inside[alive] = after_surface(laws.media, rays.inside[i], prim, -dot(ng, d), dot(ng, d))
         alive += 1
     return alive
-
-
-@kernel
-def straight_through(kinds, scratch):
-    """Colour that passes straight through a prepared row."""
-    r, g, b = 0.0, 0.0, 0.0
-    for k in range(len(kinds)):
-        if kinds[k] == NONE:  # beyond it scratch holds another hit's lobes
-            break
-        if scratch[k, 4] == CLASS_NULL:
-            r += scratch[k, 0]
-            g += scratch[k, 1]
-            b += scratch[k, 2]
-    return (r, g, b)
 
 
 @kernel

@@ -3,121 +3,30 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
-import numpy as np
-
-from ..bsdf.layout import CLASS_NULL, CLASS_ROUGH, CLASS_SHARP, HOLDOUT, NONE
+from ..bsdf.layout import CLASS_NULL, CLASS_ROUGH, CLASS_SHARP, HOLDOUT, NONE, TRANSPARENT
+from ..bsdf.split import is_fork, sample_side, sides, straight_through
 from ..bsdf.surface import emission, prepare, sample
 from ..camera.rays import generate_ray
+from ..film.passes import BACKGROUND_DEPTH
 from ..geometry.surface import offset_origin, surface_point
 from ..jit import kernel
 from ..lights.sample import lamps_along_ray, suns_along_ray, world_radiance
 from ..sampling.rng import DIMENSIONS_PER_BOUNCE, path_key, uniform
 from ..vec import add, dot, load3, luminance, madd, max3, mul, scale, store3
-from .media import after_surface, no_bits
+from .media import after_surface
 from .photon_kernels import choose_class
 
-
-class EyePaths(NamedTuple):
-    """Eye paths in flight; kernels compact them in place."""
-
-    o: np.ndarray  # (n, 3) f32, origin of the next ray [m]
-    d: np.ndarray  # (n, 3) f32, unit
-    beta: np.ndarray  # (n, 3) f32, throughput
-    key: np.ndarray  # (n,) u64, random numbers
-    pixel: np.ndarray  # (n,) i32, index into the tile
-    width: np.ndarray  # (n,) f32, radius of half a pixel's footprint at o [m]
-    spread: np.ndarray  # (n,) f32, its growth per metre
-    t_max: np.ndarray  # (n,) f32, far clipping along the ray [m]
-    bare: np.ndarray  # (n,) bool, only straight passes so far
-    unguided: np.ndarray  # (n,) bool, nothing rough met yet: what is seen next guides the denoiser
-    inside: np.ndarray  # (n,) i64, bits of the absorbing media it is in; (0,) in a scene without
-    sky: np.ndarray  # (n, 3) f32, exact radiance of a varying world where this leg escapes; (0, 3): the lights tell it
-
-
-class VisiblePoints(NamedTuple):
-    """Where eye paths end at a rough lobe."""
-
-    hit: np.ndarray  # (m,) i32, index of the hit in the batch of surfaces
-    wo: np.ndarray  # (m, 3) f32
-    beta: np.ndarray  # (m, 3) f32, throughput over the probability of ending here
-    key: np.ndarray  # (m,) u64
-    pixel: np.ndarray  # (m,) i32
-    footprint: np.ndarray  # (m,) f32, radius of a pixel on the surface [m]
-    inside: np.ndarray  # (m,) i64, as in EyePaths, on the side that is seen
-
-
-class Tile(NamedTuple):
-    """The picture of a run of pixels; float32 (n, channels)."""
-
-    direct: np.ndarray
-    caustic: np.ndarray
-    diffuse: np.ndarray
-    emission: np.ndarray
-    environment: np.ndarray
-    alpha: np.ndarray
-    depth: np.ndarray
-    normal: np.ndarray
-    albedo: np.ndarray
-    caustic_bias: np.ndarray  # see gather_kernels.gather
-    diffuse_bias: np.ndarray
-    guide_albedo: np.ndarray  # for the denoiser: of the first rough surface, also through glass and in mirrors
-    guide_normal: np.ndarray
-
-
-class EyeRules(NamedTuple):
-    """What the camera sees of the world behind things."""
-
-    transparent: bool  # the world is not drawn where nothing else is
-    visible: np.ndarray  # (instances,) bool, seen by camera rays
-    holdout: np.ndarray  # (instances,) bool, a hole in the picture where the camera sees it straight
-    forward: np.ndarray  # (3,) f64, view axis
-    eye: np.ndarray  # (3,) f64, the camera's position, recentred [m]
-
-
-def empty_paths(n: int, media: bool = False) -> EyePaths:
-    """Room for n eye paths; media: where something absorbs."""
-    f3 = [np.empty((n, 3), np.float32) for _ in range(3)]
-    f1 = [np.empty(n, np.float32) for _ in range(3)]
-    flags = [np.ones(n, bool) for _ in range(2)]
-    return EyePaths(*f3, np.empty(n, np.uint64), np.empty(n, np.int32), *f1, *flags, no_bits(n, media), no_sky())
-
-
-def no_sky() -> np.ndarray:
-    """No exact radiance of the world."""
-    return np.zeros((0, 3), np.float32)
-
-
-def empty_tile(n: int) -> Tile:
-    """A black tile of n pixels."""
-    rgb = [np.zeros((n, 3), np.float32) for _ in range(5)]
-    return Tile(
-        *rgb,
-        np.ones((n, 1), np.float32),
-        np.zeros((n, 1), np.float32),
-        *(np.zeros((n, 3), np.float32) for _ in range(6)),
-    )
-
-
-def empty_points(n: int, media: bool = False) -> VisiblePoints:
-    """Room for n visible points; media: where something absorbs."""
-    return VisiblePoints(
-        np.empty(n, np.int32),
-        np.empty((n, 3), np.float32),
-        np.empty((n, 3), np.float32),
-        np.empty(n, np.uint64),
-        np.empty(n, np.int32),
-        np.empty(n, np.float32),
-        no_bits(n, media),
-    )
+LEAST_SHARE = 1.0 / 32.0  # of a pixel: a way that carries less is worth its rays only now and then
+WIDEST = 1e3  # growth of a footprint per metre; a ray that spreads so sees all
+NO_DEPTH = 0.9 * BACKGROUND_DEPTH
 
 
 @kernel
-def camera_rays(camera, key, region, first, paths):
+def camera_rays(camera, key, region, first, splits, paths):
     """Eye paths of pixels first, first + stride, ... of a region, row by row.
 
-    region : (x0, y0, width, full width of the frame, stride) [px]
+    region : (x0, y0, width, full width of the frame, stride) [px];  splits : at how many forks a path goes every way
     """
     for i in range(len(paths.key)):
         index = first + i * region[4]
@@ -136,6 +45,7 @@ def camera_rays(camera, key, region, first, paths):
         paths.spread[i] = spread
         paths.t_max[i] = t_far - t_near
         paths.bare[i] = True
+        paths.splits[i] = splits
         paths.unguided[i] = True
 
 
@@ -179,12 +89,11 @@ def _albedo(scratch, kinds, lowest):
 
 
 @kernel
-def _first_hit(rules, pixel, p, facing, albedo, tile):
-    """Depth along the view axis, normal toward the camera and colour of the first thing seen, at p."""
-    away = (p[0] - rules.eye[0], p[1] - rules.eye[1], p[2] - rules.eye[2])
-    tile.depth[pixel, 0] = dot(away, (rules.forward[0], rules.forward[1], rules.forward[2]))
-    store3(tile.normal, pixel, facing)
-    add3(tile.albedo, pixel, albedo)
+def _depth(rules, pixel, p, tile):
+    """Depth of p along the view axis, where a pixel has none yet."""
+    if tile.depth[pixel, 0] >= NO_DEPTH:
+        away = (p[0] - rules.eye[0], p[1] - rules.eye[1], p[2] - rules.eye[2])
+        tile.depth[pixel, 0] = dot(away, (rules.forward[0], rules.forward[1], rules.forward[2]))
 
 
 @kernel
@@ -217,13 +126,14 @@ def normal_spread(geometry, prim):
 
 
 @kernel
-def eye_step(laws, rules, lights, surfaces, paths, bounce, points, tile):
+def eye_step(laws, rules, lights, surfaces, paths, bounce, onward, points, tile):
     """Carry eye paths through their hits.
 
-    Adds what is seen (world, lamps, emission) to the tile, writes visible points, compacts the paths that go on to the
-    front; out: how many go on, how many visible points there are.
+    Adds what is seen (world, lamps, emission) to the tile, writes visible points, and into `onward` the paths that go
+    on: one of the ways that lead on, or all of them while a path may still split.
+    out: how many go on, how many visible points there are.
     """
-    geometry, rows = surfaces.geometry, surfaces.rows
+    geometry = surfaces.geometry
     alive = 0
     ended = 0
     for i in range(len(paths.key)):
@@ -233,50 +143,97 @@ def eye_step(laws, rules, lights, surfaces, paths, bounce, points, tile):
         if prim < 0:
             continue
         p, ng, ns = surface_point(geometry, prim, float(surfaces.u[i]), float(surfaces.v[i]))
-        wo = scale(load3(paths.d, i), -1.0)
-        frame = (p, ns, ng, wo)
-        hidden = paths.bare[i] and not rules.visible[geometry.instance[prim]]
-        cls, p_class, u0 = CLASS_NULL, 1.0, 0.0
-        if not hidden:
-            cls, p_class, u0 = _decide(laws, rules, surfaces, paths, i, frame, bounce, tile)
-        if p_class == 0.0:
+        frame = (p, ns, ng, scale(load3(paths.d, i), -1.0))
+        if paths.bare[i] and not rules.visible[geometry.instance[prim]]:
+            beta, wi = load3(paths.beta, i), load3(paths.d, i)
+            _go_on(laws, surfaces, paths, i, frame, (CLASS_NULL, wi, 1.0, beta, False), onward, alive)
+            alive += 1
             continue
-        width = float(paths.width[i]) + float(paths.spread[i]) * t
-        beta = load3(paths.beta, i)
-        if cls == CLASS_ROUGH:
-            stretch = 2.0 / math.sqrt(max(abs(dot(wo, ng)), 0.1))
-            _end(points, ended, paths, i, wo, scale(beta, 1.0 / p_class), width * stretch)
-            ended += 1
+        weights = _look(laws, rules, surfaces, paths, i, frame, tile)
+        if weights[0] + weights[1] + weights[2] <= 0.0:
             continue
-        go_on, wi, eta = True, scale(wo, -1.0), 1.0
-        if not hidden:
-            go_on, wi, beta, eta = _continue(
-                rows,
-                surfaces.row[i],
-                frame,
-                cls,
-                (p_class, u0),
-                laws.threshold,
-                surfaces.scratch,
-                beta,
-                paths.key[i],
-                bounce,
+        if paths.splits[i] > 0 and is_fork(surfaces.rows.kind[surfaces.row[i]], surfaces.scratch, weights):
+            alive, ended = _take_all(laws, surfaces, paths, i, bounce, frame, weights, onward, alive, points, ended)
+        else:
+            alive, ended = _take_one(
+                laws, rules, surfaces, paths, i, bounce, frame, weights, onward, alive, points, ended, tile
             )
-        if not go_on:
-            continue
-        spread = float(paths.spread[i])
-        if cls == CLASS_SHARP:
-            spread += (2.0 if eta == 1.0 else abs(1.0 - 1.0 / eta)) * width * normal_spread(geometry, prim)
-        _advance(paths, alive, i, t, spread)
-        paths.width[alive] = width
-        paths.bare[alive] = paths.bare[alive] and cls == CLASS_NULL
-        if len(paths.inside):
-            paths.inside[alive] = after_surface(laws.media, paths.inside[i], prim, dot(ng, wo), dot(ng, wi))
-        store3(paths.o, alive, offset_origin(p, ng, wi, laws.reach))
-        store3(paths.d, alive, wi)
-        store3(paths.beta, alive, beta)
-        alive += 1
     return alive, ended
+
+
+@kernel
+def _take_one(laws, rules, surfaces, paths, i, bounce, frame, weights, onward, alive, points, ended, tile):
+    """One of the ways that lead on from a hit, picked by sampling weight; out: as of `eye_step`."""
+    p, ns, ng, wo = frame
+    key = paths.key[i]
+    dim = (bounce + 1) * DIMENSIONS_PER_BOUNCE
+    cls, p_class, u0 = choose_class(weights[0], weights[1], weights[2], uniform(key, dim))
+    beta = load3(paths.beta, i)
+    if paths.bare[i] and cls != CLASS_NULL:
+        _depth(rules, paths.pixel[i], p, tile)
+    if cls == CLASS_ROUGH:
+        _end(points, ended, surfaces, paths, i, frame, scale(beta, 1.0 / p_class))
+        return alive, ended + 1
+    u = (u0, uniform(key, dim + 1), uniform(key, dim + 2))
+    ok, wi, weight, _, eta = sample(
+        surfaces.rows, surfaces.row[i], ns, ng, wo, cls, surfaces.scratch, u, 0, laws.threshold
+    )
+    if not ok:
+        return alive, ended
+    out = scale(mul(beta, weight), 1.0 / p_class)
+    if max3(out) <= 0.0:
+        return alive, ended
+    if bounce > 3:  # the first bounces always go on, so that what is seen in glass has no extra noise
+        survival = min(1.0, max3(out) / max3(beta))
+        if uniform(key, dim + 3) >= survival:
+            return alive, ended
+        out = scale(out, 1.0 / survival)
+    _go_on(laws, surfaces, paths, i, frame, (cls, wi, eta, out, weights[2] > 0.0), onward, alive)
+    return alive + 1, ended
+
+
+@kernel
+def _take_all(laws, surfaces, paths, i, bounce, frame, weights, onward, alive, points, ended):
+    """All ways that lead on from a hit, each with its own weight: none of the noise of a pick. Out: as of `eye_step`.
+
+    A way that carries little goes on by Russian roulette. Every way has random numbers of its own.
+    """
+    _, ns, ng, wo = frame
+    rows, row, scratch = surfaces.rows, surfaces.row[i], surfaces.scratch
+    dim = (bounce + 1) * DIMENSIONS_PER_BOUNCE
+    beta, key = load3(paths.beta, i), paths.key[i]
+    lit = _kept(max3(beta) * weights[2], key, dim)
+    if lit > 0.0:
+        _end(points, ended, surfaces, paths, i, frame, scale(beta, lit))
+        ended += 1
+    for k in range(rows.kind.shape[1]):
+        kind = rows.kind[row, k]
+        if kind == NONE:
+            break
+        if scratch[k, 4] > CLASS_SHARP or scratch[k, 4] < CLASS_NULL or scratch[k, 3] <= 0.0:
+            continue
+        for side in range(sides(kind)):
+            fresh = path_key(key, 2 * k + side + 1)
+            u1, u2 = uniform(fresh, dim + 1), uniform(fresh, dim + 2)
+            ok, wi, weight, eta = sample_side(rows, row, k, side, (ns, ng, wo), scratch, u1, u2)
+            out = mul(beta, weight)
+            s = _kept(max3(out), fresh, dim) if ok else 0.0
+            if s > 0.0:
+                cls = CLASS_NULL if kind == TRANSPARENT else CLASS_SHARP
+                way = (cls, wi, eta, scale(out, s), weights[2] > 0.0)
+                _go_on(laws, surfaces, paths, i, frame, way, onward, alive)
+                onward.key[alive] = fresh
+                onward.splits[alive] = paths.splits[i] - 1
+                alive += 1
+    return alive, ended
+
+
+@kernel
+def _kept(share, key, dim):
+    """What a way that carries this share of a pixel is multiplied with: 0 where Russian roulette ends it."""
+    if share >= LEAST_SHARE:
+        return 1.0
+    return LEAST_SHARE / share if uniform(key, dim) * LEAST_SHARE < share else 0.0
 
 
 @kernel
@@ -296,10 +253,12 @@ def _lamps_and_sky(lights, rules, paths, i, t, tile):
 
 
 @kernel
-def _decide(laws, rules, surfaces, paths, i, frame, bounce, tile):
-    """What becomes of a path at its hit: class of lobes, its probability (0: it ends here), a fresh random number.
+def _look(laws, rules, surfaces, paths, i, frame, tile):
+    """Sampling weights of the classes of lobes at a hit, as `prepare` gives them; all 0 where a path ends unseen.
 
-    Adds emission, and depth, normal and colour of the first thing seen. frame : (p, ns, ng, wo).
+    Adds emission, what guides the denoiser, and depth, normal and colour of what the camera sees straight: behind
+    transparent surfaces these count by what is let pass, and depth is that of the first surface which is at least
+    half opaque, as in Cycles. frame : (p, ns, ng, wo).
     """
     p, ns, ng, wo = frame
     rows, row, scratch = surfaces.rows, surfaces.row[i], surfaces.scratch
@@ -308,69 +267,73 @@ def _decide(laws, rules, surfaces, paths, i, frame, bounce, tile):
     hole = paths.bare[i] and rules.holdout[surfaces.geometry.instance[surfaces.prim[i]]]
     if hole or rows.kind[row, 0] == HOLDOUT:
         tile.alpha[pixel, 0] -= (beta[0] + beta[1] + beta[2]) / 3.0
-        return CLASS_ROUGH, 0.0, 0.0
-    p_null, p_sharp, p_rough = prepare(rows, row, ns, ng, wo, laws.threshold, scratch)
-    light = mul(beta, emission(rows, row, scratch))
-    add3(tile.emission, pixel, light)
-    cls, p_class, u0 = CLASS_ROUGH, 0.0, 0.0
-    if p_null + p_sharp + p_rough > 0.0:
-        u = uniform(paths.key[i], (bounce + 1) * DIMENSIONS_PER_BOUNCE)
-        cls, p_class, u0 = choose_class(p_null, p_sharp, p_rough, u)
-    if cls == CLASS_NULL or not (paths.bare[i] or paths.unguided[i]):
-        return cls, p_class, u0
-    facing = ns if dot(wo, ng) >= 0.0 else scale(ns, -1.0)
-    # the weights hold a mix with a transparent lobe, and so does the chance of coming here
-    here = 1.0 if p_null == 0.0 else (p_null + p_sharp + p_rough) / (p_sharp + p_rough)
+        return 0.0, 0.0, 0.0
+    weights = prepare(rows, row, ns, ng, wo, laws.threshold, scratch)
+    radiance = emission(rows, row, scratch)
+    add3(tile.emission, pixel, mul(beta, radiance))
+    if not (paths.bare[i] or paths.unguided[i]):
+        return weights
+    opacity = 1.0 - luminance(straight_through(rows.kind[row], scratch)) if weights[0] > 0.0 else 1.0
+    facing = scale(ns, opacity if dot(wo, ng) >= 0.0 else -opacity)
     if paths.bare[i]:
-        _first_hit(rules, pixel, p, facing, scale(_albedo(scratch, rows.kind[row], CLASS_SHARP), here), tile)
-    if paths.unguided[i] and (p_rough > 0.0 or p_sharp == 0.0):
-        own = scale(_albedo(scratch, rows.kind[row], CLASS_ROUGH), here)
-        _guide(pixel, beta, facing, own if p_rough > 0.0 else emission(rows, row, scratch), tile)
-        paths.unguided[i] = False
-    return cls, p_class, u0
+        if opacity >= 0.5:
+            _depth(rules, pixel, p, tile)
+        add3(tile.normal, pixel, scale(facing, luminance(beta)))
+        add3(tile.albedo, pixel, mul(beta, _albedo(scratch, rows.kind[row], CLASS_SHARP)))
+    if paths.unguided[i] and (weights[2] > 0.0 or weights[0] + weights[1] == 0.0):
+        own = _albedo(scratch, rows.kind[row], CLASS_ROUGH) if weights[2] > 0.0 else radiance
+        _guide(pixel, beta, facing, own, tile)
+    return weights
 
 
 @kernel
-def _end(points, m, paths, i, wo, beta, footprint):
-    """Write visible point m: path i ends at its hit."""
+def _end(points, m, surfaces, paths, i, frame, beta):
+    """Write visible point m: path i ends at its hit, with the throughput beta."""
+    _, _, ng, wo = frame
     points.hit[m] = i
     store3(points.wo, m, wo)
     store3(points.beta, m, beta)
     points.key[m] = paths.key[i]
     points.pixel[m] = paths.pixel[i]
-    points.footprint[m] = footprint
+    stretch = 2.0 / math.sqrt(max(abs(dot(wo, ng)), 0.1))
+    points.footprint[m] = _width(surfaces, paths, i) * stretch
     if len(points.inside):
         points.inside[m] = paths.inside[i]
 
 
 @kernel
-def _advance(paths, to, i, t, spread):
-    """Move what a path keeps from place i to place `to` <= i, after a leg of length t."""
-    paths.spread[to] = spread
-    paths.t_max[to] = paths.t_max[i] - t
-    paths.key[to] = paths.key[i]
-    paths.pixel[to] = paths.pixel[i]
-    paths.bare[to] = paths.bare[i]
-    paths.unguided[to] = paths.unguided[i]
+def _width(surfaces, paths, i):
+    """Radius of half a pixel's footprint across path i at its hit [m]."""
+    return float(paths.width[i]) + float(paths.spread[i]) * float(surfaces.t[i])
 
 
 @kernel
-def _continue(rows, row, frame, cls, choice, threshold, scratch, beta, key, bounce):
-    """Next direction and throughput of an eye path; refraction scales radiance by 1 / eta^2 [Veach 1997, 5.2]."""
-    nothing = (False, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 1.0)
-    _, ns, ng, wo = frame
-    dim = (bounce + 1) * DIMENSIONS_PER_BOUNCE
-    u = (choice[1], uniform(key, dim + 1), uniform(key, dim + 2))
-    ok, wi, weight, _, eta = sample(rows, row, ns, ng, wo, cls, scratch, u, 0, threshold)
-    if not ok:
-        return nothing
-    s = 1.0 / choice[0]
-    out = (beta[0] * weight[0] * s, beta[1] * weight[1] * s, beta[2] * weight[2] * s)
-    if max3(out) <= 0.0:
-        return nothing
-    if bounce > 3:  # the first bounces always go on, so that what is seen in glass has no extra noise
-        survival = min(1.0, max3(out) / max3(beta))
-        if uniform(key, dim + 3) >= survival:
-            return nothing
-        out = scale(out, 1.0 / survival)
-    return True, wi, scale(out, 1.0 / (eta * eta)), eta
+def _go_on(laws, surfaces, paths, i, frame, way, onward, to):
+    """Write path `to` of those that go on: path i after its hit.
+
+    frame : (p, ns, ng, wo);  way : class of the lobe, direction, index beyond over index here, throughput before
+    the index, whether the hit has rough lobes (they guide the denoiser, and what a sharp one shows no more).
+    """
+    p, _, ng, wo = frame
+    cls, wi, eta, beta, guided = way
+    # no wider than the scene: along dozens of reflections in curved glass footprints grow without end
+    width = min(_width(surfaces, paths, i), laws.reach)
+    spread = float(paths.spread[i])
+    if cls == CLASS_SHARP:
+        turn = normal_spread(surfaces.geometry, surfaces.prim[i])
+        spread += (2.0 if eta == 1.0 else abs(1.0 - 1.0 / eta)) * width * turn
+    onward.width[to] = width
+    onward.spread[to] = min(spread, WIDEST)
+    onward.t_max[to] = paths.t_max[i] - surfaces.t[i]
+    onward.key[to] = paths.key[i]
+    onward.pixel[to] = paths.pixel[i]
+    onward.bare[to] = paths.bare[i] and cls == CLASS_NULL
+    onward.splits[to] = paths.splits[i]
+    onward.unguided[to] = paths.unguided[i] and (cls == CLASS_NULL or not guided)
+    if len(paths.inside):
+        inside = after_surface(laws.media, paths.inside[i], surfaces.prim[i], dot(ng, wo), dot(ng, wi))
+        onward.inside[to] = inside
+    store3(onward.o, to, offset_origin(p, ng, wi, laws.reach))
+    store3(onward.d, to, wi)
+    # refraction scales radiance by 1 / eta^2 [Veach 1997, 5.2]
+    store3(onward.beta, to, scale(beta, 1.0 / (eta * eta)))

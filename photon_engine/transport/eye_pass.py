@@ -21,7 +21,8 @@ from .direct_kernels import (
     sample_lobes,
 )
 from .emission import multiply_radiance
-from .eye_kernels import Tile, VisiblePoints, camera_rays, empty_paths, empty_points, eye_step
+from .eye_batch import Tile, VisiblePoints, empty_paths, empty_points
+from .eye_kernels import camera_rays, eye_step
 from .gather_kernels import Radius, gather
 from .photon_kernels import Surfaces
 from .render_scene import BACKGROUND_DEPTH, RenderScene
@@ -45,6 +46,7 @@ class EyeRun(NamedTuple):
 
     key: int  # random numbers
     max_bounces: int
+    splits: int  # at how many forks an eye path goes every way
     light_samples: int  # 0: no direct light
     lobe_rays: bool  # whether rays from the lobes can meet a light or gather
     gather_all: bool  # final gather at every visible point
@@ -65,13 +67,18 @@ def region_of(frame, stride: int = 1) -> np.ndarray:
     return np.array([frame.x0, frame.y0, frame.x1 - frame.x0, frame.width, stride], np.int64)
 
 
+def room_for(scene: RenderScene, splits: np.ndarray) -> int:
+    """How many paths may go on from a batch at most; memory that is not written costs nothing."""
+    return len(splits) + int(np.count_nonzero(splits)) * (scene.most_ways - 1)
+
+
 def _render_tile(scene: RenderScene, run: EyeRun, maps: Maps, picture: Tile, cancelled, first: int) -> int:
     """One run of pixels."""
     tile = Tile(*(field[first : first + PIXELS_AT_ONCE] for field in picture))
     n = len(tile.alpha)
     paths = empty_paths(n, scene.absorbs)
     paths.inside[:] = scene.camera_inside
-    camera_rays(scene.camera, run.key, region_of(scene.frame), first, paths)
+    camera_rays(scene.camera, run.key, region_of(scene.frame), first, run.splits, paths)
     tile.depth[:] = BACKGROUND_DEPTH
     rays = 0
     for bounce in range(run.max_bounces):
@@ -84,10 +91,13 @@ def _render_tile(scene: RenderScene, run: EyeRun, maps: Maps, picture: Tile, can
                 scene.absorb(paths.inside, surfaces, paths.beta)
             points = empty_points(len(paths.key), scene.absorbs)
             paths = paths._replace(sky=scene.sky_seen(surfaces, paths.d, bounce == 0))
-            n, ended = eye_step(scene.laws, scene.rules, scene.seen_lights, surfaces, paths, bounce, points, tile)
+            onward = empty_paths(room_for(scene, paths.splits), scene.absorbs)
+            n, ended = eye_step(
+                scene.laws, scene.rules, scene.seen_lights, surfaces, paths, bounce, onward, points, tile
+            )
         if ended:
             rays += _light_points(scene, run, maps, surfaces, head(points, ended), tile)
-        paths = head(paths, n)
+        paths = head(onward, n)
         if n == 0:
             break
     return rays

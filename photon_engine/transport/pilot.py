@@ -16,7 +16,8 @@ from ..photons.batch import Deposits, head
 from ..photons.radius import neighbour_radius
 from ..sampling.rng import STREAM_PILOT, make_key
 from ..settings import Settings
-from .eye_kernels import camera_rays, empty_paths, empty_points, empty_tile, eye_step
+from .eye_batch import empty_paths, empty_points, empty_tile
+from .eye_kernels import camera_rays, eye_step
 from .eye_pass import region_of
 from .photon_pass import PhotonRun, trace_photons
 from .photon_rules import CAUSTIC, DIFFUSE
@@ -80,18 +81,19 @@ def _visible_points(scene: RenderScene, settings: Settings) -> tuple[np.ndarray,
     # an odd stride walks through all columns
     stride = max(1, pixels // count - 1) | 1
     key = make_key(settings.seed, 0, STREAM_PILOT)
-    camera_rays(scene.camera, key, region_of(frame, stride), 0, paths)
+    camera_rays(scene.camera, key, region_of(frame, stride), 0, 0, paths)
     for bounce in range(settings.max_bounces):
         surfaces = scene.surfaces(paths.o, paths.d, paths.t_max, is_camera=bounce == 0)
         points = empty_points(len(paths.key), scene.absorbs)
-        n, ended = eye_step(scene.laws, scene.rules, scene.seen_lights, surfaces, paths, bounce, points, tile)
+        onward = empty_paths(len(paths.key), scene.absorbs)
+        n, ended = eye_step(scene.laws, scene.rules, scene.seen_lights, surfaces, paths, bounce, onward, points, tile)
         if ended:
             hit = points.hit[:ended]
             p, ng, ns = (np.empty((ended, 3), np.float32) for _ in range(3))
             surface_points(surfaces.geometry, surfaces.prim[hit], surfaces.u[hit], surfaces.v[hit], p, ng, ns)
             positions.append(p)
             footprints.append(points.footprint[:ended].copy())
-        paths = head(paths, n)
+        paths = head(onward, n)
         if n == 0:
             break
     footprint = np.concatenate(footprints)

@@ -21,7 +21,7 @@ from ..settings import Settings
 from ..survey import survey
 from .displace import displaced
 from .emission import find_emitters
-from .eye_kernels import EyeRules
+from .eye_batch import EyeRules
 from .materials import MaterialTable
 from .media import absorb, find_media, inside_at, locate_lights
 from .photon_kernels import Laws, Surfaces
@@ -68,6 +68,8 @@ class RenderScene:
         facts = survey(scene, settings.specular_threshold, self.materials.programs)
         self.plan = make_plan(scene, settings, outputs, facts if len(self.lights.kind) else facts.unlit())
         self.seen_lights = self.lights if self.plan.sees_lights else without_lights(self.lights)
+        forks = bool(self.materials.has_sharp.any() or facts.see_through)
+        self.most_ways = max(2 * self.materials.slots, 2) if forks else 1  # that can lead on from one hit
         self.targets = self._targets() if self.plan.caustic_map else None
         terminator = np.array([item.terminator_offset for item in scene.instances] + [0.0], np.float32)
         sigma = [program.absorption for program in self.materials.programs]

@@ -24,7 +24,7 @@ from ..sampling.rng import STREAM_EYE, make_key
 from ..scene.data import SceneData
 from ..settings import Settings
 from .clock import Clock
-from .eye_kernels import empty_tile
+from .eye_batch import empty_tile
 from .eye_pass import EyeRun, Maps, render_tiles
 from .gather_kernels import Radius
 from .photon_pass import run_for, trace_photons
@@ -36,7 +36,7 @@ MOST_CELLS = 4.0  # a query reads up to (2 x 4 + 1)^2 rows; a plane that runs to
 PASS_NAMES = (
     "Direct", "Caustic", "Diffuse", "Emission", "Environment", "Alpha", "Depth", "Normal", "Albedo", "CausticBias",
     "DiffuseBias", "Denoising Albedo", "Denoising Normal",
-)  # in the order of eye_kernels.Tile; fmt: skip
+)  # in the order of eye_batch.Tile; fmt: skip
 
 
 class Renderer:
@@ -110,6 +110,7 @@ class Renderer:
         return EyeRun(
             make_key(self.settings.seed, i, STREAM_EYE),
             self.settings.max_bounces,
+            self.settings.splits,
             self.settings.light_samples if plan.direct else 0,
             plan.lobe_rays.runs,
             plan.gather_all.runs,
