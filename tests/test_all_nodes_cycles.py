@@ -27,8 +27,11 @@ ENGINE = {
 }
 # a square root, a logarithm or a quotient is steep somewhere on the patch: tests of their own hold these to 1e-3
 STEEP = {"ShaderNodeMath", "ShaderNodeVectorMath", "ShaderNodeTexSky", "ShaderNodeMapRange"}
-# their own tests: of a surface, and of hashes that no neighbouring float shares
-ELSEWHERE = {"ShaderNodeTexWhiteNoise", "ShaderNodeBump", "ShaderNodeDisplacement", "ShaderNodeVectorDisplacement"}
+# their own tests: of a surface, a lamp, and of hashes that no neighbouring float shares
+ELSEWHERE = {
+    "ShaderNodeBump", "ShaderNodeDisplacement", "ShaderNodeLightFalloff", "ShaderNodeTexWhiteNoise",
+    "ShaderNodeVectorDisplacement",
+}
 
 
 @pytest.fixture(scope="module")

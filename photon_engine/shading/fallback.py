@@ -19,7 +19,6 @@ NOT_SUPPORTED = {
     "ShaderNodeRaycast": "traces rays while shading",
     "ShaderNodeWireframe": "edges are not known to shading yet",
     "ShaderNodeRadialTiling": "not yet",
-    "ShaderNodeLightFalloff": "light nodes that vary are not supported yet",
     "ShaderNodeTexIES": "light nodes that vary are not supported yet",
     "ShaderNodeBsdfHair": "hair is not supported yet",
     "ShaderNodeBsdfHairPrincipled": "hair is not supported yet",
