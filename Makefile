@@ -3,7 +3,7 @@ SHELL := bash
 .SHELLFLAGS := -euo pipefail -c
 .ONESHELL:
 .DEFAULT_GOAL := help
-.PHONY: help setup render test lint bench package clean
+.PHONY: help setup render test lint bench stability package clean
 
 SCENE ?= sample_blends/cornell_caustics.blend
 OUT ?= out/$(basename $(notdir $(SCENE))).exr
@@ -18,6 +18,7 @@ help:
 	@echo "make test     run the tests (ARGS='-k name' for some of them)"
 	@echo "make lint     ruff, the layer contract, types, file sizes"
 	@echo "make bench    measure speed, as JSON"
+	@echo "make stability  extreme scenes, each with its law (ARGS='lights camera' for some families)"
 	@echo "make package  build the extension's zip in dist/"
 
 setup:
@@ -46,6 +47,10 @@ lint:
 bench:
 	@$(ENTER)
 	"$$python" -m benchmarks.run $(ARGS)
+
+stability:
+	@$(ENTER)
+	"$$python" -m tests.stability $(ARGS)
 
 package:
 	@$(ENTER)

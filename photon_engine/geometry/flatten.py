@@ -34,6 +34,7 @@ class Flattened:
     origin: np.ndarray  # (3,) f64, subtracted from world positions
     center: np.ndarray  # (3,) f64, recentred bounding sphere
     radius: float
+    reach: float  # half the longest side of a triangle's box: a point's vertices lie no farther than twice that [m]
     first_triangle: np.ndarray  # (I + 1,) i64, triangles [first[i], first[i+1]) belong to instance i
     mirrored: np.ndarray  # (I,) bool, corners 1 and 2 are swapped
 
@@ -50,12 +51,15 @@ def flatten(scene: SceneData, issues: IssueLog) -> Flattened:
     used = geometry.positions[geometry.triangles.ravel()] if len(geometry.triangles) else geometry.positions
     center, radius = bounding_sphere(used)
     mirrored = np.array([np.linalg.det(item.matrix[:3, :3]) < 0.0 for item in scene.instances], bool)
-    return Flattened(geometry, origin, center, radius, np.cumsum(counts), mirrored)
+    return Flattened(geometry, origin, center, radius, triangle_reach(geometry), np.cumsum(counts), mirrored)
 
 
 def scene_middle(scene: SceneData) -> np.ndarray:
-    """Middle of the box around all instances, in double; zero for an empty scene."""
-    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    """Where most of the scene is, in double: the median of the instances' middles by triangles; zero if it is empty.
+
+    Not the middle of the whole: one object at 1e6 m would leave single precision 3 cm steps for all the others.
+    """
+    middles, weights = [], []
     for item in scene.instances:
         points = scene.meshes[item.mesh].positions
         points = points[np.isfinite(points).all(axis=1)]
@@ -64,8 +68,25 @@ def scene_middle(scene: SceneData) -> np.ndarray:
         box = np.array([points.min(axis=0), points.max(axis=0)], np.float64)
         corners = np.array([[box[i, 0], box[j, 1], box[k, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
         world = corners @ item.matrix[:3, :3].T + item.matrix[:3, 3]
-        low, high = np.minimum(low, world.min(axis=0)), np.maximum(high, world.max(axis=0))
-    return 0.5 * (low + high) if np.isfinite(low).all() else np.zeros(3)
+        middle = 0.5 * (world.min(axis=0) + world.max(axis=0))
+        if np.isfinite(middle).all():
+            middles.append(middle)
+            weights.append(len(scene.meshes[item.mesh].triangles))
+    if not middles or not sum(weights):
+        return np.zeros(3)
+    values, weight = np.array(middles), np.array(weights)
+    order = np.argsort(values, axis=0, kind="stable")
+    half = np.argmax(np.cumsum(weight[order], axis=0) >= 0.5 * weight.sum(), axis=0)
+    return values[order[half, np.arange(3)], np.arange(3)]
+
+
+def triangle_reach(geometry: Geometry) -> float:
+    """Half the longest side of the box around a triangle; 1 without triangles."""
+    most = 0.0
+    for first in range(0, len(geometry.triangles), 1 << 18):  # in parts, so that little memory is needed
+        corner = geometry.positions[geometry.triangles[first : first + (1 << 18)]]
+        most = max(most, float((corner.max(axis=1) - corner.min(axis=1)).max()))
+    return 0.5 * most if most > 0.0 else 1.0
 
 
 def bounding_sphere(points: np.ndarray) -> tuple[np.ndarray, float]:

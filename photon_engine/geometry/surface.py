@@ -74,7 +74,7 @@ def unit_or(n, other):
 def offset_origin(p, ng, w, reach):
     """Origin of a ray that leaves p along w, moved off the surface by the rounding error of p.
 
-    reach : radius of the scene, whose rounding the triangles' vertices carry.
+    reach : flatten.triangle_reach: the vertices, whose rounding p carries, lie within |p| and twice that.
     """
     size = max(abs(p[0]), max(abs(p[1]), abs(p[2])))
     step = math.copysign(RELATIVE_OFFSET * max(size, 0.125 * reach), dot(w, ng))

@@ -53,7 +53,7 @@ class Laws(NamedTuple):
     """Constants of a render that kernels need."""
 
     threshold: float  # roughness below which a lobe is sharp
-    reach: float  # radius of the scene [m]
+    reach: float  # see geometry.surface.offset_origin [m]
     max_rough: int  # a photon ends at its next rough vertex after this many
     terminator: np.ndarray  # (instances,) f32, cutoff of geometry/terminator.py
     media: Media  # what absorbs inside closed surfaces

@@ -17,6 +17,7 @@ from ..lights.table import build_lights, without_lights
 from ..lights.targets import build_targets
 from ..plan import make_plan
 from ..scene.data import SceneData
+from ..scene.repair import with_finite_images
 from ..settings import Settings
 from ..survey import survey
 from .displace import displaced
@@ -43,6 +44,7 @@ class RenderScene:
     ) -> None:
         kept = kept or Kept()
         stage("Preparing geometry")
+        scene = with_finite_images(scene, issues)
         self.frame = scene.frame
         scene = displaced(scene, issues)
         self.flat = kept.flatten(scene, issues)
@@ -76,7 +78,7 @@ class RenderScene:
         media = find_media(scene, self.flat, sigma, issues)
         media = locate_lights(media, self.flat, self.intersector, self.lights)
         bounces = settings.diffuse_bounces
-        self.laws = Laws(settings.specular_threshold, self.flat.radius, bounces, terminator, media)
+        self.laws = Laws(settings.specular_threshold, self.flat.reach, bounces, terminator, media)
         self.absorbs = len(media.sigma) > 0
         eye = scene.camera.matrix[:3, 3] - self.flat.origin
         self.camera_inside = inside_at(media, self.flat, self.intersector, eye)

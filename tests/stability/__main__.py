@@ -1,0 +1,45 @@
+"""The table: family, case, law, what was found, and the cost as a multiple of the plain scene's."""
+
+from __future__ import annotations
+
+import sys
+import time
+import traceback
+
+from . import load_cases
+from .lab import SIZE, Case, Finding
+from .space import CACHE, reference
+
+
+def run(item: Case) -> Finding:
+    """The finding of a case; an exception is one."""
+    try:
+        return item.check()
+    except Exception as error:
+        traceback.print_exc()
+        return Finding(False, f"{type(error).__name__}: {error}", 0.0)
+
+
+def main(families: list[str]) -> int:
+    """Run the cases of the families named, or all; 1 when a law is broken."""
+    cases = [item for item in load_cases() if not families or item.family in families]
+    reference()  # compiles
+    CACHE.clear()
+    shot = reference()
+    unit = shot.seconds / (len(shot.passes["Direct"]) * SIZE * SIZE)
+    print(f"plain scene: {shot.seconds:.2f} s of one core for {len(shot.passes['Direct'])} passes\n")
+    print("| family | case | law | found | cost |\n| --- | --- | --- | --- | --- |")
+    broken = 0
+    begin = time.monotonic()
+    for item in cases:
+        found = run(item)
+        broken += found.good == bool(item.known)  # a known fault that is gone must lose its mark
+        cost = f"{found.seconds / (unit * 4 * SIZE * SIZE):.1f}x"
+        verdict = found.figure if found.good else f"**BROKEN** {item.known}: {found.figure}"
+        print(f"| {item.family} | {item.name} | {item.law} | {verdict} | {cost} |", flush=True)
+    print(f"\n{len(cases)} cases, {broken} not as expected, {time.monotonic() - begin:.0f} s")
+    return 1 if broken else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

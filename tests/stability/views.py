@@ -1,0 +1,93 @@
+"""Cameras and frames of every kind: as a crop of a plain render where it is one."""
+
+from __future__ import annotations
+
+import copy
+
+import numpy as np
+
+from tests.brute import scenes as s
+
+from .lab import Finding, case, shoot, within
+from .space import reference
+from .transforms import SIZE, plain
+
+
+def _whole(scene) -> np.ndarray:
+    return shoot(scene, 2).mean()
+
+
+@case("camera", "border of one pixel", "that pixel of the full frame, bit for bit", short=True)
+def one_pixel() -> Finding:
+    """Without photons a pixel depends on itself alone; the pilot, which bounds gather radii, looks at the border."""
+    settings = {"caustic_photons": 0, "diffuse_photons": 0}
+    whole = shoot(plain(), 2, **settings)
+    scene = plain()
+    scene.frame.x0, scene.frame.y0, scene.frame.x1, scene.frame.y1 = 9, 13, 10, 14
+    part = shoot(scene, 2, **settings)
+    gap = float(np.abs(part.mean()[0, 0] - whole.mean()[13, 9]).max())
+    return Finding(gap == 0.0, f"differs by {gap:g}", part.seconds)
+
+
+def _size(width: int, height: int, short: bool = False) -> None:
+    @case("camera", f"{width} x {height} pixels", "mean of direct light as in the plain render", short)
+    def check() -> Finding:
+        scene = plain()
+        frame, half = scene.frame, 0.34
+        frame.width, frame.height, frame.x1, frame.y1 = width, height, width, height
+        scene.camera.window = (-half, half, -half, half)  # pixels that are not square
+        passes = 64 if width * height == 1 else 8  # a single pixel sees little of the picture in each
+        shot = shoot(scene, passes)
+        plainly = reference().mean("Direct").mean()  # caustics met by one pixel are rare and bright: no law to be seen
+        noise = 4.0 * shot.passes["Direct"].mean(axis=(1, 2, 3)).std(ddof=1) / np.sqrt(passes) / plainly
+        return within(float(shot.mean("Direct").mean()), plainly, 0.02 + noise, shot.seconds, "direct light")
+
+
+for width, height in ((1, 1), (1, 4096), (4096, 1), (3, 200)):
+    _size(width, height, short=width == height)
+
+
+def _lens(millimetres: float) -> None:
+    @case("camera", f"{millimetres:g} mm", "the floor's radiance does not depend on the lens")
+    def check() -> Finding:
+        half = 18.0 / millimetres
+        wall = s.mixed(s.diffuse(0.5), s.emitter(0.7), add=True)
+        room = s.box((-1, -1, -1), (1, 1, 1), inward=True)
+        scene = s.build([(room, wall)], (), s.camera((0.1, -0.2, 0.1), (0.1, 1.0, 0.1), half), picture=s.frame(SIZE))
+        shot = shoot(scene, 8, light_samples=16, diffuse_photons=100_000)
+        return within(float(shot.mean().mean()), 1.4, 0.06, shot.seconds, "furnace")
+
+
+for millimetres in (1.0, 50.0, 5000.0):
+    _lens(millimetres)
+
+
+def _ortho(width: float, known: str = "") -> None:
+    @case("camera", f"orthographic, {width:g} m wide, final gather", "the furnace's radiance 1.4", known=known)
+    def check() -> Finding:
+        wall = s.mixed(s.diffuse(0.5), s.emitter(0.7), add=True)
+        room = s.box((-1, -1, -1), (1, 1, 1), inward=True)
+        view = s.camera((0.1, -0.2, 0.1), (0.1, 1.0, 0.1), 0.5 * width, kind="ORTHO")
+        shot = shoot(s.build([(room, wall)], (), view, picture=s.frame(16)), 8, light_samples=16,
+                     final_gather="ALL")  # fmt: skip
+        return within(float(shot.mean().mean()), 1.4, 0.03, shot.seconds, "furnace")
+
+
+_ortho(1.0)
+_ortho(1e-4, "(known: pixels of 6 micrometres have gather radii in which no photon falls)")
+
+
+@case("camera", "on a surface", "finite, lit")
+def on_a_surface() -> Finding:
+    scene = plain()
+    scene.camera.matrix = s.look_at((0.0, 0.0, -1.0), (0.0, 1.0, 0.0))
+    shot = shoot(scene, 4)
+    return Finding(shot.mean().mean() > 0.0, f"mean {shot.mean().mean():.3g}", shot.seconds)
+
+
+@case("camera", "aperture of 10 m", "finite, lit")
+def huge_aperture() -> Finding:
+    scene = copy.deepcopy(plain())
+    scene.camera.aperture_radius, scene.camera.focus_distance = 10.0, 4.0
+    shot = shoot(scene, 4)
+    return Finding(shot.mean().mean() > 0.0, f"mean {shot.mean().mean():.3g}", shot.seconds)
