@@ -1,6 +1,6 @@
 """Claims of rate, measured and fitted: ``python -m benchmarks.rates`` (minutes) prints and writes out/rates.json.
 
-- noise against passes: -1/2
+- noise against passes: -1/2 (a component with rare bright photons nears it late: its variance is not yet seen)
 - bias against the gather radius: 2 where light is smooth, 1 where edges decide
 - seconds of the photon pass against photons, of the eye pass against pixels: 1
 - seconds a ray against triangles: grows like their logarithm; given as the exponent (near 0) and per doubling
@@ -93,8 +93,8 @@ def best_cpu(work) -> float:
 
 def seconds_against_photons(scene, counts=(50_000, 100_000, 200_000, 400_000)) -> dict[str, Any]:
     """The photon pass."""
-    from photon_engine.transport.photon_kernels import DIFFUSE
     from photon_engine.transport.photon_pass import run_for, trace_photons
+    from photon_engine.transport.photon_rules import DIFFUSE
 
     seconds = []
     for n in counts:
