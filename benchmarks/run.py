@@ -4,6 +4,7 @@
 - threads: two against one
 - error against time: relMSE of cornell_caustics (0.5 m light) at 256 x 256 against converged Cycles
 - start: cold (empty kernel cache) and warm, to the first finished pass
+- Blender's side: enabling the extension, reading a million triangles
 - memory: bytes a stored photon in the map, peak of the process
 """
 
@@ -119,6 +120,13 @@ def start_up(npz_scene_name: str) -> dict:
     return seconds
 
 
+def blender_side() -> dict:
+    """Figures of blender_side.py, in a process of its own."""
+    command = [sys.executable, "-m", "benchmarks.blender_side"]
+    done = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True)
+    return json.loads(done.stdout.splitlines()[-1])
+
+
 def relative_mse(picture: np.ndarray, reference: np.ndarray) -> float:
     """mean((x - ref)^2 / (ref^2 + 0.01))."""
     return float(np.mean((picture - reference) ** 2 / (reference**2 + 0.01)))
@@ -174,6 +182,7 @@ def main() -> None:
         "commit": subprocess.run(["git", "rev-parse", "HEAD"], cwd=ROOT, capture_output=True, text=True).stdout.strip(),
         "trace": trace_speed(scene, Settings(diffuse_photons=400_000)),
         "start": start_up(str(Path(tempfile.gettempdir()) / "photon_map_bench_cornell_caustics.npz")),
+        "blender": blender_side(),
         "error": reference_curve(),
         "peak_memory_MB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
     }

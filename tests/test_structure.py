@@ -24,7 +24,6 @@ EVERYTHING = sorted(
 BLENDER = {"bpy", "bpy_extras", "bl_ui", "mathutils", "gpu", "gpu_extras", "blf", "bmesh", "addon_utils"}
 MAX_LINES = 400
 MAX_PARAMETERS = 8
-IMPORT_SECONDS = 0.2
 
 
 @cache
@@ -135,25 +134,18 @@ def test_public_functions_take_few_parameters():
 
 
 IMPORTING = """
-import sys, time
+import sys
 sys.path.insert(0, {root!r})
-before = time.perf_counter()
 import photon_engine
-seconds = time.perf_counter() - before
-print(seconds, *sorted({{item.partition(".")[0] for item in sys.modules}}))
+print(*sorted({{item.partition(".")[0] for item in sys.modules}}))
 """
 
 
 def test_importing_the_package_loads_nothing_heavy():
-    """Blender imports every enabled extension when it starts."""
-    runs = []
-    for _ in range(3):  # the shortest of three: the machine may be busy
-        code = IMPORTING.format(root=str(ROOT))
-        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-        seconds, *modules = done.stdout.split()
-        assert not {"bpy", "numba", "scipy", "numpy", "embreex", "OpenImageIO"} & set(modules)
-        runs.append(float(seconds))
-    assert min(runs) < IMPORT_SECONDS
+    """Blender imports every enabled extension when it starts; `make bench` times it."""
+    code = IMPORTING.format(root=str(ROOT))
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert not {"bpy", "numba", "scipy", "numpy", "embreex", "OpenImageIO"} & set(done.stdout.split())
 
 
 def test_version_is_said_once():
