@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from ..jit import kernel
+from ..sampling.warps import turn
 from ..vec import dot, to_world
-from .frame import turn
 
 INV_PI = 1.0 / math.pi
 ON_SLOPE = 0.5 * math.pi - 2.0 / 3.0

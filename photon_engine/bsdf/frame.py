@@ -16,24 +16,6 @@ def negate(a):
 
 
 @kernel
-def turn(u):
-    """(cos, sin) of 2 pi u for u in [0, 1): Taylor within an eighth of a turn, error below 1e-11, a third of the cost.
-
-    The quadrant's multiple of a quarter turn is taken off and put back by exchanging the two.
-    """
-    q = int(4.0 * u + 0.5)
-    x = 2.0 * math.pi * (u - 0.25 * q)
-    y = x * x
-    s = x * (1.0 + y * (-1 / 6 + y * (1 / 120 + y * (-1 / 5040 + y * (1 / 362880 - y / 39916800)))))
-    c = 1.0 + y * (-0.5 + y * (1 / 24 + y * (-1 / 720 + y * (1 / 40320 + y * (-1 / 3628800 + y / 479001600)))))
-    if q & 1:
-        c, s = -s, c
-    if q & 2:
-        c, s = -c, -s
-    return c, s
-
-
-@kernel
 def lobe_normal(rows, row, k, ns, front):
     """Unit normal of a lobe: its own or ns, turned round when the back side was hit."""
     n = ns

@@ -18,6 +18,7 @@ from .layout import (
     DIFFUSE,
     EMISSION,
     FRESNEL,
+    FRESNEL_GENERALIZED,
     FRESNEL_NONE,
     GLASS,
     GROUP,
@@ -38,6 +39,7 @@ from .layout import (
 from .matte import SMOOTH
 from .sheen import sheen_albedo
 
+IDEAL = 0.01  # a roughness below this is none: see DELTA_ALPHA, and `multiscatter`
 CLASS_NOTHING = -2  # of lobes that scatter nothing (emission, holdout)
 
 
@@ -82,6 +84,18 @@ def is_lambert(rows, row):
     if rows.kind[row, 0] != DIFFUSE or (rows.kind.shape[1] > 1 and rows.kind[row, 1] != NONE):
         return False
     return rows.params[row, 0, ROUGHNESS] < SMOOTH and rows.params[row, 0, HAS_NORMAL] == 0.0
+
+
+@kernel
+def is_ideal(rows, row):
+    """Whether the row is one smooth mirror, or one smooth, evenly tinted glass lobe, about the surface's normal."""
+    p = rows.params
+    kind = rows.kind[row, 0]
+    if (kind != GLASS and kind != REFLECT) or p[row, 0, ROUGHNESS] >= IDEAL or p[row, 0, HAS_NORMAL] != 0.0:
+        return False
+    if kind == GLASS:
+        return p[row, 0, FRESNEL] != FRESNEL_GENERALIZED and is_plain(rows, row)
+    return rows.kind.shape[1] == 1 or rows.kind[row, 1] == NONE
 
 
 @kernel

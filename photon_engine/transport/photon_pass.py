@@ -111,7 +111,7 @@ def _carry(
     photons = _emitted(scene, run, source, tally) if isinstance(source, range) else source
     n = len(photons.key)
     deposits, stored, rays = empty_deposits(n + 1), 0, 0
-    lanes, matte, other = empty_lanes(), np.empty(n + 1, np.int32), np.empty(n + 1, np.int32)
+    lanes, lists = empty_lanes(), np.empty((3, n + 1), np.int32)
     spare = empty_photons(n + 1, scene.absorbs), empty_photons(n + 1, scene.absorbs)
     for bounce in bounces:
         if n == 0 or cancelled():
@@ -122,7 +122,7 @@ def _carry(
             tally[ABSORBED] += scene.absorb(photons.inside, surfaces, photons.phi)
         if stored + n >= len(deposits.wi):
             deposits = _grown(deposits, stored, n + 1)
-        leg = Leg(run.mode, bounce, lanes, matte, other)
+        leg = Leg(run.mode, bounce, lanes, lists[0], lists[1], lists[2])
         out = spare[bounce % 2]
         n, stored = photon_step(scene.laws, leg, surfaces, photons, out, deposits, stored, tally)
         photons = head(out, n)

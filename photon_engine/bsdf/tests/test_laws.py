@@ -7,9 +7,10 @@ import math
 import numpy as np
 import pytest
 
+from ...sampling.warps import turn
 from .. import fresnel, tables
 from ..diffuse import bump_softening, oren_nayar
-from ..frame import raised_normal, turn
+from ..frame import raised_normal
 from ..make_tables import directional, grid, index_grid
 from ..microfacet import ggx_d, ggx_lambda, sample_vndf
 
