@@ -65,7 +65,9 @@ def test_lamp_nodes_multiply():
     emission.inputs["Strength"].default_value = 3.0
     assert extract().lights[0].strength == pytest.approx((6.0, 3.0, 0.0))
     falloff = ob.data.node_tree.nodes.new("ShaderNodeLightFalloff")
-    ob.data.node_tree.links.new(falloff.outputs[0], emission.inputs["Strength"])
+    ob.data.node_tree.links.new(falloff.outputs["Quadratic"], emission.inputs["Strength"])
+    assert extract().lights[0].strength == pytest.approx((200.0, 100.0, 0.0))  # the node's strength is 100
+    ob.data.node_tree.links.new(falloff.outputs["Linear"], emission.inputs["Strength"])
     issues = IssueLog()
     assert extract(issues).lights[0].strength == pytest.approx((2.0, 2.0, 2.0))
     assert "not supported" in messages(issues, "Lamp")
