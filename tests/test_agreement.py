@@ -11,7 +11,7 @@ import os
 import pytest
 
 from tests import scenes
-from tests.oracle import images, ours, references
+from tests.oracle import images, ours, references, shared
 
 bpy = pytest.importorskip("bpy")
 
@@ -33,9 +33,11 @@ MORE = {
     # few photons of a ground of 48 m fall where the camera looks: rays collect them from farther around
     "clevr_objects": {"final_gather": "ALL", "diffuse_photons": 200_000},
 }
+# Cycles needs hours for a verdict on single blocks: none may be out of its noise, and the whole picture is judged, whose
+# mean it knows to 0.2% (8768 samples a pixel, blocks to 5%)
+WHOLE = {"blenderdiplom_glass"}
 # differences that are understood or at least known; a fix makes the strict xfail fail, and the entry goes
 KNOWN = {
-    "blenderdiplom_glass": "a delta lamp: Cycles finds none of its caustics, which are most of the picture",
     "shadowless": "photons of a lamp without shadows stop at surfaces, which the engine reports",
     "bump_glossy": "a glossy ball with bumps of 35 degrees throws 5% too little light on the floor",
 }
@@ -55,10 +57,13 @@ def check(name: str, passes: int = PASSES) -> None:
     picture = ours.render_current(ours.SETTINGS.replace(**MORE.get(name, {})), max_passes=passes)
     report = ours.judge(picture, reference)
     print(f"{name}: {picture.passes} passes, {picture.seconds:.1f} s; {report}")
-    if not report.agrees:
+    agrees = report.agrees
+    if name in WHOLE:
+        agrees = not report.out and abs(report.mean_ratio - 1.0) < 0.01
+    if not agrees:
         difference = 0.5 + 4.0 * (picture.mean - reference.mean)
         images.write_png(FAILED / f"{name}.png", [picture.mean, reference.mean, difference], zoom=4)
-    assert report.agrees, f"{report}\nissues: {[str(issue) for issue in picture.issues]}"
+    assert agrees, f"{report}\nissues: {[str(issue) for issue in picture.issues]}"
 
 
 @pytest.mark.slow
@@ -71,12 +76,9 @@ def test_small_scene(name):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", marked(sorted(references.SHARED_JOBS)))
 def test_shared_scene(name):
-    job = references.SHARED_JOBS[name]
-    if not os.path.isfile(job.blend):
+    if not shared.path_of(name).is_file():
         pytest.skip("../shared/scenes is not beside this clone")
-    bpy.ops.wm.open_mainfile(filepath=job.blend)
-    render = bpy.context.scene.render
-    render.resolution_x, render.resolution_y, render.resolution_percentage = job.width, job.height, 100
+    shared.build(name)
     check(name)
 
 

@@ -10,10 +10,9 @@ import os
 import sys
 from pathlib import Path
 
-from . import cycles, images
+from . import cycles, images, shared
 
 FOLDER = cycles.ROOT / "tests" / "references"
-SHARED = cycles.ROOT.parent / "shared" / "scenes"  # beside the project; a plain clone lacks it
 
 # scenes with light through glass or off mirrors converge slowly: seconds by scene, all others SECONDS
 SECONDS = 10.0
@@ -26,14 +25,11 @@ SLOW = {
     )
 }  # fmt: skip
 SHARED_JOBS = {
-    "blenderdiplom_glass": cycles.Job(
-        blend=str(SHARED / "blenderdiplom_glass.blend"), width=160, height=90, spp=64, seconds=120, target=0.0015,
+    name: cycles.Job(
+        builder="tests.oracle.shared:build", arguments={"name": name}, spp=64, seconds=120, target=0.0015,
         max_batches=400,
-    ),
-    "clevr_objects": cycles.Job(
-        blend=str(SHARED / "clevr_objects.blend"), width=160, height=120, spp=64, seconds=120, target=0.0015,
-        max_batches=400,
-    ),
+    )
+    for name in shared.SIZES
 }
 
 
