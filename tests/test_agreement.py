@@ -33,8 +33,8 @@ MORE = {
     # few photons of a ground of 48 m fall where the camera looks: rays collect them from farther around
     "clevr_objects": {"final_gather": "ALL", "diffuse_photons": 200_000},
 }
-# Cycles needs hours for a verdict on single blocks: none may be out of its noise, and the whole picture is judged, whose
-# mean it knows to 0.2% (8768 samples a pixel, blocks to 5%)
+# Cycles needs hours for a verdict on single blocks: none may be out of its noise, and the whole picture is judged,
+# whose mean it knows to 0.2% (8768 samples a pixel, blocks to 5%)
 WHOLE = {"blenderdiplom_glass"}
 # differences that are understood or at least known; a fix makes the strict xfail fail, and the entry goes
 KNOWN = {
