@@ -138,8 +138,8 @@ class Settings:
     denoise: str = setting(
         "OFF",
         "Denoise",
-        "Remove noise with Open Image Denoise, from Combined and from each light pass by itself. Automatic radii and "
-        "final gather follow: a denoiser wants noise that differs from pixel to pixel, hence small radii",
+        "Remove noise with Open Image Denoise, from Combined and from each light pass by itself. The automatic caustic "
+        "radius follows: a denoiser wants noise that differs from pixel to pixel, hence a small one",
         items=(
             ("OFF", "Off", "Leave the noise"),
             ("FINAL", "Final", "Denoise the finished picture"),
