@@ -19,9 +19,15 @@ SMOOTH = 0.01  # roughness of a mirror (microfacet.DELTA_ALPHA)
 _group_ids = itertools.count(1)
 
 
+def real(value) -> np.ndarray:
+    """An array of float32 as it is, anything else as float64."""
+    value = np.asarray(value)
+    return value if value.dtype == np.float32 and value.ndim else np.asarray(value, np.float64)
+
+
 def column(value) -> np.ndarray:
-    """A number for each hit as (n,) or (1,) float64."""
-    return np.atleast_1d(np.asarray(value, np.float64))
+    """A number for each hit as (n,) or (1,)."""
+    return np.atleast_1d(real(value))
 
 
 def color(value) -> np.ndarray:
@@ -29,7 +35,7 @@ def color(value) -> np.ndarray:
 
     A fourth channel is cut.
     """
-    value = np.asarray(value, np.float64)
+    value = real(value)
     if value.ndim == 0:
         value = np.full((1, 3), value)
     value = np.atleast_2d(value)
@@ -40,7 +46,7 @@ def color(value) -> np.ndarray:
 
 def factor(value) -> np.ndarray:
     """A weight: a number, one for each hit, (n,), or a colour for each hit, (n, 3): as (1 | n, 1 | 3), not negative."""
-    value = np.asarray(value, np.float64)
+    value = real(value)
     return np.maximum(value if value.ndim == 2 else np.atleast_1d(value)[:, None], 0.0)
 
 
@@ -56,7 +62,9 @@ def next_group() -> int:
 
 def make(kind: int, weight, normal=None, **fields) -> list[Lobe]:
     """A list of one lobe, or none when it weighs nothing anywhere. Fields are named as in `layout`."""
-    weight = factor(weight) * np.ones(3)
+    weight = factor(weight)
+    if weight.shape[1] == 1:
+        weight = weight * np.ones((1, 3), weight.dtype)
     if not weight.any():
         return []
     if "multiscatter" in fields:  # a mirror loses nothing between facets: spare it the tables
@@ -70,10 +78,9 @@ def make(kind: int, weight, normal=None, **fields) -> list[Lobe]:
 
 def diffuse(base, roughness=0.0, normal=None, weight=1.0) -> list[Lobe]:
     """Diffuse BSDF: Lambert, or Oren-Nayar where roughness > 0."""
-    base = color(base)
-    return make(
-        lay.DIFFUSE, base * factor(weight), normal, roughness=unit(roughness), color_a=np.minimum(base, 1.0)
-    )
+    base, roughness = color(base), unit(roughness)
+    albedo = {"color_a": np.minimum(base, 1.0)} if roughness.any() else {}
+    return make(lay.DIFFUSE, base * factor(weight), normal, roughness=roughness, **albedo)
 
 
 def translucent(base, normal=None) -> list[Lobe]:

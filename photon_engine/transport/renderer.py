@@ -23,6 +23,7 @@ from ..plan import Plan
 from ..sampling.rng import STREAM_EYE, make_key
 from ..scene.data import SceneData
 from ..settings import Settings
+from ..shading.textures import texture_bytes
 from .clock import Clock
 from .eye_batch import empty_tile
 from .eye_pass import EyeRun, Maps, render_tiles
@@ -64,6 +65,7 @@ class Renderer:
         start = time.perf_counter()
         self.scene = RenderScene(self.data, self.settings, self.issues, stage, self.outputs, self.kept)
         log.info("%s", self.plan)
+        self.statistics["texture_bytes"] = texture_bytes(self.data.images)
         self._count("prepare", start)
         stage("Pilot pass")
         start = time.perf_counter()

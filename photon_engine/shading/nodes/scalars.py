@@ -11,8 +11,10 @@ EPSILON = np.float32(1.1920929e-07)
 
 def divide(a, b):
     """a / b, and 0 where b = 0."""
-    shape = np.broadcast_shapes(a.shape, b.shape)
-    return np.divide(a, b, out=np.zeros(shape, f32), where=np.broadcast_to(b != 0.0, shape))
+    good = b != 0.0
+    if good.all():  # numpy's masked loops take seven times as long
+        return a / b
+    return np.where(good, a / np.where(good, b, f32(1.0)), f32(0.0))
 
 
 def power(a, b):

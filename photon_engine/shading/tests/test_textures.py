@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from ...scene.data import Image
 from .. import textures as tx
 
 
@@ -74,3 +75,10 @@ def test_far_and_broken_coordinates():
     for mode in tx.INTERPOLATIONS.values():
         for extension in tx.EXTENSIONS.values():
             assert np.isfinite(tx.sample_image(pixels, uv, mode, extension, 0)).all()
+
+
+def test_memory_of_textures():
+    """Tiled images have no pixels of their own."""
+    bytes_and_floats = [Image("A", np.zeros((2, 3, 4), np.float32)), Image("B", np.zeros((5, 1, 4), np.uint8))]
+    images = [*bytes_and_floats, Image("C", tiles={1: 0})]
+    assert tx.texture_bytes(images) == 2 * 3 * 4 * 4 + 5 * 4
