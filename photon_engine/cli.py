@@ -13,11 +13,15 @@ import logging
 import sys
 import time
 import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+from .arguments import UsageError, flag_settings, frame_range, scene_arguments, settings_argument
 from .driver.checks import check_scene
 from .driver.console import Console, ConsoleHandler, interruptible
+from .driver.frames import frame_path
 from .driver.listener import clock, percent
 from .driver.log import evidence, issue_records, run_record, write_json
 from .driver.session import Session
@@ -25,18 +29,13 @@ from .driver.watch import measured
 from .film.accumulate import Film
 from .film.darkroom import Darkroom, never
 from .film.output import OutputError, check_writable
-from .film.passes import ALL_NAMES, BY_NAME, ERROR_MAPS, PASSES, in_full_frame
+from .film.passes import ALL_NAMES, BY_NAME, ERROR_MAPS, GUIDES, NOISY, PASSES, in_full_frame, usual_outputs
 from .issues import IssueLog, RenderError, StopReason, log
 from .report.command import add_arguments as add_report_arguments
 from .scene.data import Frame, SceneData
-from .settings import FIELDS, Settings, parse_value
+from .settings import Settings
 
-LIMITS = ("passes", "seconds", "error")
 OK, UNEXPECTED, USAGE, BAD_INPUT, BAD_OUTPUT, CANCELLED = 0, 1, 2, 3, 4, 130
-
-
-class UsageError(Exception):
-    """The command line is wrong."""
 
 
 class Loaded(NamedTuple):
@@ -91,8 +90,12 @@ def parser() -> argparse.ArgumentParser:
     )  # fmt: skip
     commands = root.add_subparsers(required=True, metavar="COMMAND")
     render = commands.add_parser("render", help="render a .blend, or a saved scene (.npz)")
-    _scene_arguments(render)
-    _settings_argument(render)
+    scene_arguments(render)
+    settings_argument(render)
+    render.add_argument(
+        "--frames", type=frame_range, metavar="A-B[:STEP]",
+        help="an animation's frames, each into a file of its own: its number goes behind OUT, or where OUT has ####",
+    )  # fmt: skip
     render.add_argument("-o", "--output", metavar="OUT.exr", help="multilayer EXR (default: the scene's name, here)")
     render.add_argument("--no-sheet", action="store_true", help="do not write the PNG sheet OUT.png")
     render.add_argument("--passes", metavar="N", help="stop after N passes")
@@ -110,12 +113,12 @@ def parser() -> argparse.ArgumentParser:
     render.add_argument("-q", "--quiet", action="store_true", help="no progress")
     render.set_defaults(run=run_render)
     info = commands.add_parser("info", help="what a scene holds, what will run, what is not supported")
-    _scene_arguments(info)
-    _settings_argument(info)
+    scene_arguments(info)
+    settings_argument(info)
     info.add_argument("--json", action="store_true", help="as JSON")
     info.set_defaults(run=run_info)
     extract = commands.add_parser("extract", help="save a .blend's scene, to render it where there is no Blender")
-    _scene_arguments(extract)
+    scene_arguments(extract)
     extract.add_argument("-o", "--output", required=True, metavar="OUT.npz")
     extract.set_defaults(run=run_extract)
     merge = commands.add_parser("merge", help="merge films saved by render --state")
@@ -130,81 +133,18 @@ def parser() -> argparse.ArgumentParser:
     return root
 
 
-def _scene_arguments(command: argparse.ArgumentParser) -> None:
-    """Flags that choose what of a file is looked at."""
-    command.add_argument("scene", metavar="SCENE", help=".blend, or .npz saved from one")
-    command.add_argument("--frame", type=int, metavar="N", help="frame (default: the file's current one)")
-    command.add_argument("--camera", metavar="NAME", help="camera object (default: the scene's)")
-    command.add_argument("--view-layer", metavar="NAME", help="view layer (default: the file's active one)")
-    command.add_argument("--resolution", type=_resolution, metavar="WxH", help="in pixels (default: the scene's)")
+@contextmanager
+def source(arguments: argparse.Namespace, issues: IssueLog) -> Iterator[Callable[..., Loaded]]:
+    """What reads the scene of the command line, from a .blend (by bpy) or saved: read(issues, frame).
 
-
-def _settings_argument(command: argparse.ArgumentParser) -> None:
-    """--set, with the list of settings below the help."""
-    command.epilog, command.formatter_class = settings_help(), argparse.RawDescriptionHelpFormatter
-    command.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="any setting, see below")
-    command.add_argument("--only", type=_outputs, default=ALL_NAMES, metavar="NAME[,NAME]",
-                         help="make these pictures only, e.g. Caustic,Depth: no work for others")  # fmt: skip
-
-
-def settings_help() -> str:
-    """The settings that --set knows."""
-    lines = ["settings for --set, with their defaults:"]
-    for item in FIELDS.values():
-        lines.append(f"  {item.name}={item.default if item.name != 'alpha' else '0.667'}  {item.metadata['text']}")
-    return "\n".join(lines)
-
-
-def _resolution(text: str) -> tuple[int, int]:
-    """`WxH` as two numbers above 0."""
-    try:
-        width, height = (int(part) for part in text.lower().split("x"))
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"'{text}' is not WIDTHxHEIGHT") from None
-    if width < 1 or height < 1:
-        raise argparse.ArgumentTypeError(f"'{text}' has no pixels: both must be above 0")
-    return width, height
-
-
-def _outputs(text: str) -> frozenset[str]:
-    """Names of pictures, separated by commas."""
-    wanted = frozenset(name.strip().title() for name in text.split(","))
-    if wrong := sorted(wanted - ALL_NAMES):
-        raise argparse.ArgumentTypeError(f"there is no picture {', '.join(wrong)}: one of {', '.join(BY_NAME)}")
-    return wanted
-
-
-def flag_settings(arguments: argparse.Namespace) -> dict:
-    """Settings given as flags: name -> value; a UsageError names the wrong one.
-
-    One of --passes, --seconds and --error lifts the others' limits that a file may hold.
+    issues : is told what the file lacks
     """
-    texts = {}
-    for pair in arguments.set:
-        name, equals, value = pair.partition("=")
-        if not equals:
-            raise UsageError(f"--set {pair}: there is no '=' (write --set NAME=VALUE)")
-        texts[name.strip()] = value.strip()
-    for name in ("passes", "seconds", "error", "error_pass", "error_share", "seed", "threads"):
-        if getattr(arguments, name, None) is not None:
-            texts[name] = getattr(arguments, name)
-    if any(name in texts for name in LIMITS):
-        texts = dict.fromkeys(LIMITS, "0") | texts
-    try:
-        values = {name: parse_value(name, text) for name, text in texts.items()}
-        Settings(**values)
-    except RenderError as error:
-        raise UsageError(str(error)) from None
-    return values
-
-
-def load(arguments: argparse.Namespace, issues: IssueLog) -> Loaded:
-    """The scene of the command line, from a .blend (by bpy) or saved."""
     path = Path(arguments.scene)
     if not path.is_file():
         raise RenderError(str(path), "is a folder" if path.is_dir() else "no such file", "check the path")
     if path.suffix.lower() == ".npz":
-        return _load_saved(path, arguments)
+        yield lambda _issues, frame=None: _load_saved(path, arguments)
+        return
     try:
         from .blender import load as blender_load
     except ImportError as error:
@@ -215,79 +155,132 @@ def load(arguments: argparse.Namespace, issues: IssueLog) -> Loaded:
             "pip install bpy, or give a scene saved as .npz",
         ) from None  # fmt: skip
     options = blender_load.Options(arguments.frame, arguments.camera, arguments.view_layer, arguments.resolution)
-    return Loaded(*blender_load.load_blend(path, options, issues))
+    with blender_load.OpenBlend(path, options, issues) as opened:
+        yield lambda issues, frame=None: Loaded(*opened.read(issues, frame))
+
+
+def load(arguments: argparse.Namespace, issues: IssueLog) -> Loaded:
+    """The one scene of the command line."""
+    with source(arguments, issues) as read:
+        return read(issues)
 
 
 def _load_saved(path: Path, arguments: argparse.Namespace) -> Loaded:
     """A scene saved without Blender; what chooses within a .blend has no meaning for it."""
     from .scene.io import load_scene
 
-    for name in ("frame", "camera", "view_layer", "resolution"):
-        if getattr(arguments, name) is not None:
+    for name in ("frame", "frames", "camera", "view_layer", "resolution"):
+        if getattr(arguments, name, None) is not None:
             raise UsageError(f"--{name.replace('_', '-')}: a saved scene holds one picture only")
     return Loaded(load_scene(path), {}, "ViewLayer")
 
 
+class Places(NamedTuple):
+    """Where the files of a render go; None: not wanted."""
+
+    output: Path
+    sheet: Path | None
+    state: Path | None
+    log: Path | None
+
+    def of_frame(self, frame: int) -> Places:
+        """Those of one frame of several."""
+        return Places(*(frame_path(path, frame) if path else None for path in self))
+
+
 def run_render(arguments: argparse.Namespace, console: Console) -> int:
-    """`render`: scene -> EXR, sheet, state, log."""
+    """`render`: scene -> EXR, sheet, state, log; of each frame in turn."""
     flags = flag_settings(arguments)
     output = Path(arguments.output or f"{Path(arguments.scene).stem}.exr")
     if output.suffix.lower() != ".exr":
         raise UsageError(f"-o {output}: pictures are written as multilayer EXR, use the ending .exr")
+    if arguments.frames and (arguments.resume or arguments.frame is not None):
+        raise UsageError("--frames: neither --resume nor --frame goes with it, both are of one picture")
     sheet = None if arguments.no_sheet else output.with_suffix(".png")
-    for path in (output, sheet, arguments.state, arguments.log):
-        if path:
-            check_writable(path)
-    issues = IssueLog()
-    film = Film.load(arguments.resume) if arguments.resume else None
-    begin = time.perf_counter()
-    loaded = load(arguments, issues)
-    reading = time.perf_counter() - begin
+    state, record = (Path(path) if path else None for path in (arguments.state, arguments.log))
+    places = Places(output, sheet, state, record)
+    jobs = [(frame, places.of_frame(frame)) for frame in arguments.frames or []] or [(None, places)]
+    for path in (path for _, job in jobs for path in job if path):
+        check_writable(path)
+    kept, code, missing = None, OK, IssueLog()
+    with source(arguments, missing) as read:
+        for frame, job in jobs:
+            issues = IssueLog()
+            issues.extend(missing)
+            begin = time.perf_counter()
+            loaded = read(issues, frame)
+            session = _session(loaded, flags, issues, arguments, kept)
+            session.stages["Reading the scene"] = time.perf_counter() - begin
+            code = _render_one(session, loaded, job, arguments, console)
+            if code != OK:
+                break
+            kept = session.kept
+    return code
+
+
+def _session(loaded: Loaded, flags: dict, issues: IssueLog, arguments: argparse.Namespace, kept: Any) -> Session:
+    """A session for one picture; a film that is saved holds the guides, so that it can be denoised when merged."""
     settings = Settings(**{**loaded.settings, **flags})
+    outputs = arguments.only or usual_outputs(settings.denoise)
+    outputs |= ERROR_MAPS if arguments.maps else frozenset()
+    outputs |= GUIDES if arguments.state or arguments.resume else frozenset()
+    return Session(loaded.scene, settings, issues, outputs=outputs, kept=kept)
+
+
+def _render_one(
+    session: Session, loaded: Loaded, places: Places, arguments: argparse.Namespace, console: Console
+) -> int:
+    """Render one picture and write its files; the exit code."""
+    film = Film.load(arguments.resume) if arguments.resume else None
     if film:
-        film.seed = settings.seed
-    outputs = arguments.only | ERROR_MAPS if arguments.maps else arguments.only
-    session = Session(loaded.scene, settings, issues, outputs=outputs)
-    session.stages["Reading the scene"] = reading
+        film.seed = session.settings.seed
     with interruptible(console):
         try:
             stop = session.render(console, film, arguments.first)
         finally:  # after an error too: what was rendered is kept
-            _save(session, loaded, output, sheet, arguments)
+            _save(session, loaded, places, arguments.only or frozenset())
     if not session.film.count:
         raise KeyboardInterrupt
-    error = session.watch.error
-    within = f", {settings.error_share:.0%} of pixels within {percent(error)}" if error is not None else ""
-    console.say(f"{output}: {session.film.count} passes in {clock(session.film.meta['seconds'])}{within}, {stop.value}")
+    error, share = session.watch.error, session.settings.error_share
+    within = f", {share:.0%} of pixels within {percent(error)}" if error is not None else ""
+    spent = clock(session.film.meta["seconds"])
+    console.say(f"{places.output}: {session.film.count} passes in {spent}{within}, {stop.value}")
     return CANCELLED if stop is StopReason.CANCELLED else OK
 
 
-def _save(session: Session, loaded: Loaded, output: Path, sheet: Path | None, arguments: argparse.Namespace) -> None:
+def _save(session: Session, loaded: Loaded, places: Places, asked: frozenset[str]) -> None:
     """Write all that was asked for, when there is a picture."""
     film = session.film
     if film and film.count:
         film.meta |= {"frame": dataclasses.asdict(loaded.scene.frame), "layer": loaded.layer}
         film.meta |= evidence(session)
         begin = time.perf_counter()
-        if arguments.state:
-            film.save(arguments.state)
+        if places.state:
+            film.save(places.state)
         session.darkroom.cancelled = never  # Ctrl-C ends the passes; the picture is finished
-        _write_pictures(session.darkroom, output, sheet)
+        _write_pictures(session.darkroom, places.output, places.sheet, asked)
         session.stages["Denoising"] = session.darkroom.seconds
         session.stages["Writing"] = time.perf_counter() - begin - session.darkroom.seconds
-    if arguments.log and film:
-        write_json(arguments.log, run_record(session))
+    if places.log and film:
+        write_json(places.log, run_record(session))
 
 
-def _write_pictures(darkroom: Darkroom, output: Path, sheet: Path | None) -> None:
-    """EXR and sheet of a film whose meta holds frame and layer; denoised, with the noisy pictures beside."""
+def _write_pictures(
+    darkroom: Darkroom, output: Path, sheet: Path | None, asked: frozenset[str] = frozenset()
+) -> None:
+    """EXR and sheet of a film whose meta holds frame and layer; denoised, with the noisy pictures beside.
+
+    asked : names that were asked for one by one: they are written even if they are not usual
+    """
     from .film.exr import write_exr, write_sheet
 
     film = darkroom.film
     frame = Frame(**film.meta["frame"])
-    wanted = film.meta.get("outputs", ALL_NAMES)
-    usual = ERROR_MAPS if darkroom.denoise == "OFF" else frozenset(BY_NAME)
-    names = [item.name for item in PASSES if item.name in wanted and (item.usual or item.name in usual)]
+    wanted = frozenset(film.meta.get("outputs", ALL_NAMES))
+    if darkroom.denoise != "OFF":
+        wanted |= {NOISY + name for name in wanted}
+    beside = asked | (ERROR_MAPS if darkroom.denoise == "OFF" else frozenset(BY_NAME))
+    names = [item.name for item in PASSES if item.name in wanted and (item.usual or item.name in beside)]
     pictures = {name: in_full_frame(picture, frame) for name, picture in darkroom.pictures(names).items()}
     meta = {name: film.meta[name] for name in ("scene", "settings", "seconds")}
     meta |= {name: film.meta[name] for name in ("stop", "radii", "error_curve", "machine") if name in film.meta}
@@ -342,7 +335,7 @@ def run_info(arguments: argparse.Namespace, console: Console) -> int:
     from .driver.summary import summarize, summary_text
 
     check_scene(loaded.scene, issues)
-    record = summarize(loaded.scene, settings, issues, arguments.only)
+    record = summarize(loaded.scene, settings, issues, arguments.only or usual_outputs(settings.denoise))
     text = json.dumps(record | {"issues": issue_records(issues)}, indent=2) if arguments.json else None
     sys.stdout.write((text or summary_text(record, issues)) + "\n")
     return OK

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from .film.passes import ALL_NAMES, ERROR_MAPS, LIGHT_NAMES, NOISY
+from .film.passes import ALL_NAMES, ERROR_MAPS, GUIDES, LIGHT_NAMES, NOISY
 from .scene.data import SceneData
 from .settings import Settings
 from .survey import Survey, survey
@@ -56,6 +56,8 @@ LABELS = {
     "media": "Absorbing insides",
     "lens": "Depth of field",
     "textures": "Textures",
+    "guides": "Guides of the denoiser",
+    "variance": "Variance of every pixel",
 }
 
 
@@ -76,6 +78,8 @@ class Plan:
     media: Decision
     lens: Decision
     textures: Decision
+    guides: Decision
+    variance: Decision
 
     @property
     def gathers(self) -> bool:
@@ -125,6 +129,7 @@ def make_plan(
     known : what was found out about the scene, if that was done already; it costs a compilation of the materials.
     """
     facts = survey(scene, settings.specular_threshold) if known is None else known
+    variance = every_variance(settings, outputs := frozenset(outputs))
     outputs = frozenset("Combined" if name in ERROR_MAPS else name.removeprefix(NOISY) for name in outputs)
     rule = Rule(settings.plan, outputs)
     maps = _maps(rule, facts, settings)
@@ -148,6 +153,8 @@ def make_plan(
         media=_media(facts),
         lens=_lens(scene),
         textures=_textures(facts),
+        guides=_guides(rule, settings),
+        variance=variance,
     )
 
 
@@ -223,6 +230,20 @@ def _lens(scene: SceneData) -> Decision:
     """Depth of field: the camera's kernel draws no lens point for a pinhole."""
     radius = scene.camera.aperture_radius
     return Decision(radius > 0.0, f"aperture of {radius * 1e3:.3g} mm" if radius > 0.0 else "a pinhole camera")
+
+
+def _guides(rule: Rule, settings: Settings) -> Decision:
+    """Colour and normal of the first rough surface, averaged for the denoiser."""
+    nothing = settings.denoise == "OFF" and not rule.outputs & GUIDES
+    why = "the picture is denoised" if settings.denoise != "OFF" else "they are asked for"
+    return rule.decide(why, [], [(nothing, "nothing is denoised")])
+
+
+def every_variance(settings: Settings, outputs: Iterable[str]) -> Decision:
+    """Sums of squares of every pixel; strips of rows are enough for figures."""
+    rule = Rule(settings.plan, frozenset(outputs))
+    unasked = (not rule.outputs & ERROR_MAPS, "no map of the error is asked for: strips of rows tell the figures")
+    return rule.decide("a map of the error is asked for", [], [unasked])
 
 
 def _textures(facts: Survey) -> Decision:

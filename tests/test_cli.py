@@ -10,7 +10,7 @@ import sys
 import numpy as np
 import pytest
 
-from photon_engine import cli
+from photon_engine import arguments, cli
 from photon_engine.driver import session
 from photon_engine.driver.tests.fake import FakeRenderer, triangle_scene
 from photon_engine.film.exr import read_exr
@@ -40,10 +40,10 @@ def place(tmp_path, monkeypatch):
     return tmp_path
 
 
-def run(capsys, *arguments):
+def run(capsys, *words):
     """Exit code and what was said."""
     try:
-        code = cli.main([str(a) for a in arguments])
+        code = cli.main([str(word) for word in words])
     except SystemExit as stop:  # argparse
         code = stop.code
     return code, capsys.readouterr().err
@@ -217,7 +217,7 @@ def test_ctrl_c_keeps_what_is_rendered(place):
 def test_help_names_exit_codes_and_settings(capsys):
     assert run(capsys, "--help")[0] == 0
     assert "130 cancelled" in cli.parser().format_help()
-    assert "caustic_photons=100000" in cli.settings_help()
+    assert "caustic_photons=100000" in arguments.settings_help()
 
 
 BLENDS = """
@@ -280,7 +280,7 @@ with open(os.path.join(folder, "not.blend"), "w") as file: file.write("hello")
 
 RUN_ALL = """
 import contextlib, io
-from photon_engine import cli
+from photon_engine import arguments, cli
 os.chdir(folder)
 for name, arguments in values["cases"].items():
     out, err = io.StringIO(), io.StringIO()

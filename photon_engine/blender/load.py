@@ -18,6 +18,7 @@ import bpy
 from ..issues import IssueLog, RenderError
 from ..scene.data import SceneData
 from .extract import extract_scene
+from .keep import Keep
 from .properties import register as register_properties
 from .properties import settings_from
 
@@ -49,25 +50,59 @@ class SceneReader(bpy.types.RenderEngine):
             cls.error = error
 
 
-def load_blend(path: str | Path, options: Options, issues: IssueLog) -> tuple[SceneData, dict, str]:
-    """Open a file and extract one picture of it.
+class OpenBlend:
+    """A .blend that is open, to extract one frame after the other: what does not change is read once.
 
-    Returns the scene, the settings stored in the file (by name) and the view layer's name. Raises a RenderError when
-    the file cannot be read, or what was asked for is not in it.
+    Raises a RenderError when the file cannot be read, or what was asked for is not in it. To be used with `with`.
     """
-    register_properties()
-    with _stdout_to_stderr():
-        try:
-            bpy.ops.wm.open_mainfile(filepath=str(Path(path).resolve()), load_ui=False, use_scripts=False)
-        except RuntimeError as error:
-            reason = str(error).strip().removeprefix("Error: ").rstrip(".")
-            raise RenderError(str(path), f"Blender cannot open it: {reason}", "check that it is a .blend") from None
-        scene = bpy.context.scene
-        layer = choose(scene, options, bpy.context.view_layer)
+
+    def __init__(self, path: str | Path, options: Options, issues: IssueLog) -> None:
+        """Open it. issues : is told what the file lacks."""
+        register_properties()
+        self.options = options
+        self.keep = Keep()
+        with _stdout_to_stderr():
+            try:
+                bpy.ops.wm.open_mainfile(filepath=str(Path(path).resolve()), load_ui=False, use_scripts=False)
+            except RuntimeError as error:
+                reason = str(error).strip().removeprefix("Error: ").rstrip(".")
+                raise RenderError(str(path), f"Blender cannot open it: {reason}", "check that it is a .blend") from None
+        self.scene = bpy.context.scene
+        self.default_layer = bpy.context.view_layer
         report_missing(issues)
-        settings = settings_from(scene).to_dict()
-        data = read_render(scene, layer, lambda depsgraph: extract_scene(depsgraph, issues))
+        self.scene.render.use_persistent_data = True  # Blender keeps what it evaluated from frame to frame
+
+    def __enter__(self) -> OpenBlend:
+        bpy.utils.register_class(SceneReader)
+        self._engine = self.scene.render.engine
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        self.scene.render.engine = self._engine
+        bpy.utils.unregister_class(SceneReader)
+
+    def read(self, issues: IssueLog, frame: int | None = None) -> tuple[SceneData, dict, str]:
+        """A frame (None: that of the options) as scene, settings stored in the file by name, name of the view layer."""
+        options = self.options if frame is None else self.options._replace(frame=frame)
+        with _stdout_to_stderr():
+            layer = choose(self.scene, options, self.default_layer)
+            settings = settings_from(self.scene).to_dict()
+            data = read_render(self.scene, layer, lambda depsgraph: self._extract(depsgraph, issues))
         return data, settings, layer.name
+
+    def _extract(self, depsgraph: Any, issues: IssueLog) -> SceneData:
+        """The scene, with what the frame before left."""
+        self.keep.begin(depsgraph, images=True)
+        return extract_scene(depsgraph, issues, keep=self.keep)
+
+
+def load_blend(path: str | Path, options: Options, issues: IssueLog) -> tuple[SceneData, dict, str]:
+    """Open a file and extract one picture of it: scene, settings stored in the file (by name), view layer's name.
+
+    Raises a RenderError when the file cannot be read, or what was asked for is not in it.
+    """
+    with OpenBlend(path, options, issues) as opened:
+        return opened.read(issues)
 
 
 def choose(scene: bpy.types.Scene, options: Options, default_layer: bpy.types.ViewLayer) -> bpy.types.ViewLayer:
@@ -117,11 +152,14 @@ def read_render(scene: bpy.types.Scene, layer: bpy.types.ViewLayer, read: Callab
     """What `read` makes of the depsgraph that a render of this scene and view layer uses."""
     render = scene.render
     render.use_compositing = render.use_sequencer = render.use_multiview = False
-    bpy.utils.register_class(SceneReader)
-    SceneReader.read, SceneReader.result, SceneReader.error = staticmethod(read), None, None
+    alone = "bl_rna" not in vars(SceneReader)  # not registered; while a file is open it stays, and with it what Blender keeps for it
+    if alone:
+        bpy.utils.register_class(SceneReader)
     before = render.engine
+    SceneReader.read, SceneReader.result, SceneReader.error = staticmethod(read), None, None
     try:
-        render.engine = SceneReader.bl_idname
+        if render.engine != SceneReader.bl_idname:  # Blender drops what it keeps even when the same is set
+            render.engine = SceneReader.bl_idname
         bpy.ops.render.render(scene=scene.name, layer=layer.name, write_still=False)
         if SceneReader.error is not None:
             raise SceneReader.error
@@ -131,9 +169,10 @@ def read_render(scene: bpy.types.Scene, layer: bpy.types.ViewLayer, read: Callab
     except RuntimeError as error:
         raise RenderError(scene.name, f"Blender cannot render it: {str(error).strip()}", "see the message") from error
     finally:
-        render.engine = before
-        bpy.utils.unregister_class(SceneReader)
         SceneReader.read = SceneReader.result = SceneReader.error = None
+        if alone:
+            render.engine = before
+            bpy.utils.unregister_class(SceneReader)
 
 
 @contextmanager

@@ -12,6 +12,7 @@ from ..film.error import MOST_MEASURED
 from ..film.halves import Halves
 from ..film.passes import ALL_NAMES, ERROR_MAPS
 from ..issues import IssueLog, RenderError, StopReason
+from ..plan import every_variance
 from ..scene.data import SceneData
 from ..settings import Settings
 from .checks import check_scene
@@ -28,6 +29,7 @@ def default_renderer(scene: SceneData, settings: Settings, issues: IssueLog, out
     from ..transport.renderer import Renderer
 
     return Renderer(scene, settings, issues, outputs, kept)
+DENOISED_SHARE = 0.1  # of the time spent on passes that estimates of the denoised picture's error may take
 
 
 class _CancelledEarly(Exception):
@@ -74,7 +76,7 @@ class Session:
     def new_film(self) -> Film:
         """An empty film of this scene and these settings; with each pixel's variance if a map of it is asked for."""
         frame = self.scene.frame
-        most = None if self.outputs & ERROR_MAPS else MOST_MEASURED
+        most = None if every_variance(self.settings, self.outputs) else MOST_MEASURED
         film = Film(frame.y1 - frame.y0, frame.x1 - frame.x0, self.settings.seed, frame.exposure, most)
         picture_settings = {k: v for k, v in self.settings.to_dict().items() if k not in NOT_PICTURE}
         film.meta = {
@@ -110,6 +112,7 @@ class Session:
         self._render(Worker(listener), max(first, self.film.next_pass))
         if self.film.count:
             self._measure(last=True)
+            self._measure_denoised(last=True)
             self.finish(listener)
         return self.stop
 
@@ -159,16 +162,19 @@ class Session:
             self.film.meta["seconds"] += self.durations[-1]
             self._measure(last=False)
             stop = StopReason.CANCELLED if listener.cancelled() else self._spent()
-            self._measure_denoised()
+            self._measure_denoised(last=False)
             listener.progress(self.progress())
             if stop is None:
                 listener.picture(self.darkroom, final=False)
         return stop
 
-    def _measure_denoised(self) -> None:
-        """Estimate the denoised picture's error at 4, 8, 16, ... passes: often enough to see it fall, and cheap."""
+    def _measure_denoised(self, last: bool) -> None:
+        """Estimate the denoised picture's error at 4, 8, 16, ... passes, while that is cheap, and at the end."""
         passes = len(self.durations)
-        if self._halves is None or passes < 4 or passes & (passes - 1):
+        if self._halves is None or passes < 4 or passes in [item["passes"] for item in self.denoised_errors]:
+            return
+        dear = self.darkroom.error_seconds > DENOISED_SHARE * sum(self.durations)
+        if not last and (dear or passes & (passes - 1)):
             return
         error = self.darkroom.error(self._halves)
         if error is not None:

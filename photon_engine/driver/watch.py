@@ -55,7 +55,7 @@ class ErrorWatch:
 
     def measure_all(self, film: Film, seconds: float) -> None:
         """Measure all pictures, if that was not just done."""
-        if film.count < 2 or not film.squares or (self.curve and self.curve[-1].passes == film.count):
+        if film.count < 2 or not film.measures or (self.curve and self.curve[-1].passes == film.count):
             return
         self.curve.append(measured(film, seconds, self.share))
         self.found.append((film.count, seconds, self.curve[-1].errors[self.name]))

@@ -4,12 +4,15 @@ First and second moments are kept as plain sums in double. A pass holds float32 
 is exact in double as long as their sizes differ by less than 2^29 / N: passes [0, 4) merged with [4, 8) give the bits
 of [0, 8). The same choice makes M2 = sum x^2 - (sum x)^2 / n wrong by about 2^-53 of the squared mean, a standard
 deviation of 1e-8 of the mean: below the rounding of the float32 values that went in, hence no Welford update.
+
+A picture that has been black so far has no sums and no squares: what a render leaves out takes no memory.
 """
 
 from __future__ import annotations
 
 import json
 import zipfile
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +23,6 @@ from .passes import BACKGROUND_DEPTH, BIASES, BY_NAME, ERROR_MAPS, LIGHT_NAMES, 
 
 FORMAT = 3
 STRIP = 16  # [px] rows that are measured together: more than any neighbourhood in film/error.py
-NOT_SUMMED = ("Depth", *BIASES.values())
 
 
 class Film:
@@ -41,11 +43,8 @@ class Film:
         self.most_measured = most_measured
         self.rows = measured_rows(height, width, most_measured)  # None: all
         self.blocks: list[tuple[int, int, int]] = []  # (seed, first pass, end) of what is in, sorted, disjoint
-        self.sums = {name: np.zeros((height, width, c)) for name, c in RAW.items() if name not in NOT_SUMMED}
-        rows = height if self.rows is None else len(self.rows)
-        if rows:
-            self.sums |= {name: np.zeros((rows, width, 3)) for name in BIASES.values()}
-        self.squares = {name: np.zeros((rows, width, 3)) for name in MEASURED} if rows else {}
+        self.sums: dict[str, np.ndarray] = {}  # raw picture -> (h, w, c) f64, biases (rows, w, 3)
+        self.squares: dict[str, np.ndarray] = {}  # one of MEASURED -> (rows, w, 3) f64
         self.depth = np.full((height, width, 1), np.float32(BACKGROUND_DEPTH))
         self.depth_block = (2**63, 2**63)  # (pass, seed) that the depth is of: the lowest wins, whatever the order
         self.meta: dict = {}  # what rendered it (settings, scene name), saved along
@@ -54,6 +53,11 @@ class Film:
     def count(self) -> int:
         """How many passes are in."""
         return sum(end - start for _, start, end in self.blocks)
+
+    @property
+    def measures(self) -> bool:
+        """Whether it keeps what error bars need."""
+        return self.rows is None or len(self.rows) > 0
 
     @property
     def next_pass(self) -> int:
@@ -71,13 +75,16 @@ class Film:
         for name, channels in RAW.items():
             self._check(name, channels, image[name])
         rows = slice(None) if self.rows is None else self.rows
-        for name, total in self.sums.items():
-            total += image[name][rows] if name in BIASES.values() else image[name]
-        for name, square in self.squares.items():
-            value = image[MEASURED[name][0]][rows].astype(np.float64)
-            for part in MEASURED[name][1:]:
-                value += image[part][rows]
-            square += value * value
+        lit = {name: image[name] for name in RAW if name != "Depth" and image[name].any()}
+        if not self.measures:
+            lit = {name: picture for name, picture in lit.items() if name not in BIASES.values()}
+        for name, picture in lit.items():
+            _add(self.sums, name, picture[rows] if name in BIASES.values() else picture)
+        for name, parts in MEASURED.items() if self.measures else ():
+            values = [lit[part][rows].astype(np.float64) for part in parts if part in lit]
+            if values:
+                value = sum(values[1:], values[0])
+                _add(self.squares, name, np.multiply(value, value, out=value))
         if (index, self.seed) < self.depth_block:
             self.depth_block = (index, self.seed)
             self.depth = np.minimum(image["Depth"], np.float32(BACKGROUND_DEPTH))
@@ -101,10 +108,9 @@ class Film:
         blocks = _united([*self.blocks, *other.blocks])
         if self.most_measured != other.most_measured:
             raise RenderError("merge", "error bars are kept of different pixels", "save both with the same --maps")
-        for name, total in self.sums.items():
-            total += other.sums[name]
-        for name, total in self.squares.items():
-            total += other.squares[name]
+        for mine, theirs in ((self.sums, other.sums), (self.squares, other.squares)):
+            for name, total in theirs.items():
+                _add(mine, name, total)
         if other.depth_block < self.depth_block:
             self.depth_block, self.depth = other.depth_block, other.depth.copy()
         self.meta["seconds"] = self.meta.get("seconds", 0.0) + other.meta.get("seconds", 0.0)
@@ -132,10 +138,10 @@ class Film:
             return getattr(error_map(self, "Combined"), name.lower()).astype(np.float32)
         n = max(self.count, 1)
         if name == "Combined":
-            rgb = sum(self.sums[light] for light in LIGHT_NAMES) * (self.exposure / n)
-            return np.concatenate([rgb, self.sums["Alpha"] / n], axis=2).astype(np.float32)
+            rgb = self._added(LIGHT_NAMES) * (self.exposure / n)
+            return np.concatenate([rgb, self._added(("Alpha",)) / n], axis=2).astype(np.float32)
         factor = self.exposure if name in BY_NAME and BY_NAME[name].is_light else 1.0
-        return (self.sums[name] * (factor / n)).astype(np.float32)
+        return (self._added((name,)) * (factor / n)).astype(np.float32)
 
     def mean(self, name: str) -> np.ndarray:
         """The mean of one of passes.MEASURED: (h, w, 3) f64, exposure applied; zero before the first pass."""
@@ -152,12 +158,18 @@ class Film:
         if n < 2:
             return np.full((self.height, self.width, 3), np.nan)
         total = self._total(name)
-        m2 = np.maximum(self.squares[name] - total * total / n, 0.0)  # below 0 only by rounding, see the module
+        square = self.squares.get(name, 0.0)
+        m2 = np.maximum(square - total * total / n, 0.0)  # below 0 only by rounding, see the module
         return m2 / (n - 1) * self.exposure**2
 
     def _total(self, name: str) -> np.ndarray:
         """The sum over passes of one of passes.MEASURED."""
-        return sum(self.sums[part] for part in MEASURED[name])
+        return self._added(MEASURED[name])
+
+    def _added(self, names: Iterable[str]) -> np.ndarray:
+        """The sum of some raw pictures' sums, not to be written to; zeros where all are black."""
+        parts = [self.sums[name] for name in names if name in self.sums]
+        return sum(parts[1:], parts[0]) if parts else np.zeros((self.height, self.width, RAW[next(iter(names))]))
 
     def measured(self) -> Film:
         """The film's measured rows as a film of their own, for figures; this one where all are.
@@ -200,13 +212,21 @@ class Film:
                 film = cls(head["height"], head["width"], head["seed"], head["exposure"], head["most_measured"])
                 film.blocks = [tuple(block) for block in head["blocks"]]
                 film.depth_block, film.meta, film.depth = tuple(head["depth_block"]), head["meta"], file["depth"]
-                film.sums = {name: file[f"sum.{name}"] for name in film.sums}
-                film.squares = {name: file[f"square.{name}"] for name in film.squares}
+                film.sums = {name[4:]: file[name] for name in file.files if name.startswith("sum.")}
+                film.squares = {name[7:]: file[name] for name in file.files if name.startswith("square.")}
         except FileNotFoundError:
             raise RenderError(str(path), "no such file", "check the path") from None
         except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
             raise RenderError(str(path), "is not a saved film", "give a file written with --state") from error
         return film
+
+
+def _add(totals: dict[str, np.ndarray], name: str, values: np.ndarray) -> None:
+    """Add to the entry of that name, in double; the first makes it."""
+    if name in totals:
+        totals[name] += values
+    else:
+        totals[name] = values.astype(np.float64)
 
 
 def measured_rows(height: int, width: int, most: int | None) -> np.ndarray | None:

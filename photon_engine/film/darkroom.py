@@ -14,10 +14,11 @@ import numpy as np
 from ..issues import IssueLog, RenderError
 from .accumulate import Film
 from .halves import DenoisedError, Halves, denoised_error
-from .oidn import Guides, Oidn
+from .oidn import BALANCED, HIGH, Guides, Oidn
 from .passes import COMBINED, LIGHT_NAMES
 
 DENOISED = (COMBINED.name, *LIGHT_NAMES)
+PIXEL_SECONDS = 3e-6  # of a picture in balanced quality, by one core; a guess for the first time
 PATIENCE = 0.5  # [s] that denoising may take after a cancel, when the last time tells that it will not take longer
 
 
@@ -43,7 +44,9 @@ class Darkroom:
         self.cancelled = cancelled
         self.seconds = 0.0  # spent with denoising
         self.version = ""  # of the denoiser, when it made the last pictures
+        self.error_seconds = 4 * PIXEL_SECONDS * film.width * film.height  # that `error` takes, as known so far
         self._last = 0.0  # seconds that one picture took the last time; 0: not known
+        self._guides: tuple[int, Guides] | None = None  # of a film of so many passes
 
     def pictures(self, names: Iterable[str], final: bool = True) -> dict[str, np.ndarray]:
         """Pictures by name, (h, w, c) f32, bottom row first; exposure applied.
@@ -60,7 +63,7 @@ class Darkroom:
             cancelled = never
         start = time.perf_counter()
         try:
-            clean = self._clean({name: out[name] for name in wanted}, cancelled)
+            clean = self._clean({name: out[name] for name in wanted}, HIGH if final else BALANCED, cancelled)
         except RenderError as error:
             self.issues.warn(*error.issue[1:])
             self.denoise = "OFF"
@@ -73,7 +76,10 @@ class Darkroom:
         return out | clean
 
     def error(self, halves: Halves) -> DenoisedError | None:
-        """How wrong the denoised Combined still is; None when nothing is denoised, or not yet known, or cancelled."""
+        """How wrong the denoised Combined still is; None when nothing is denoised, or not yet known, or cancelled.
+
+        Of pictures in balanced quality, which have up to a fifth more error than the final ones.
+        """
         if self.denoise == "OFF" or not halves.full or self.cancelled():
             return None
         start = time.perf_counter()
@@ -81,38 +87,50 @@ class Darkroom:
         try:
             with Oidn(self.threads) as oidn:
                 guides = self.guides(oidn, self.cancelled)
-                clean = [oidn.color(half, guides, self.cancelled) for half in raw] if guides is not None else [None]
+                clean = [None]
+                if guides is not None:
+                    clean = [oidn.color(half, guides, self.cancelled, BALANCED) for half in raw]
         except RenderError:
             return None  # pictures() tells of it
-        self.seconds += time.perf_counter() - start
+        self.error_seconds = time.perf_counter() - start
+        self.seconds += self.error_seconds
         return None if any(half is None for half in clean) else denoised_error(raw, tuple(clean))
 
-    def _clean(self, raw: dict[str, np.ndarray], cancelled: Callable[[], bool]) -> dict[str, np.ndarray]:
+    def _clean(
+        self, raw: dict[str, np.ndarray], quality: int, cancelled: Callable[[], bool]
+    ) -> dict[str, np.ndarray]:
         """The pictures denoised; empty when cancelled."""
         if cancelled():
             return {}
         with Oidn(self.threads) as oidn:
-            clean = self._denoised(oidn, raw, cancelled)
+            clean = self._denoised(oidn, raw, quality, cancelled)
             self.version = oidn.version if clean else ""
         return clean
 
-    def _denoised(self, oidn: Oidn, raw: dict[str, np.ndarray], cancelled: Callable[[], bool]) -> dict[str, np.ndarray]:
+    def _denoised(
+        self, oidn: Oidn, raw: dict[str, np.ndarray], quality: int, cancelled: Callable[[], bool]
+    ) -> dict[str, np.ndarray]:
         """The pictures without noise, alpha kept; empty when cancelled."""
         guides = self.guides(oidn, cancelled)
         out = {}
         for name, picture in raw.items():
             if guides is None:
                 return {}
-            clean = oidn.color(np.ascontiguousarray(picture[..., :3]), guides, cancelled)
+            clean = oidn.color(np.ascontiguousarray(picture[..., :3]), guides, cancelled, quality)
             if clean is None:
                 return {}
             out[name] = np.concatenate([clean, picture[..., 3:]], axis=2)
         return out
 
     def guides(self, oidn: Oidn, cancelled: Callable[[], bool]) -> Guides | None:
-        """The film's guides, without the noise that few passes, lenses and glass leave in them."""
+        """The film's guides, without the noise that few passes, lenses and glass leave in them; cleaned once a pass."""
+        if self._guides is not None and self._guides[0] == self.film.count:
+            return self._guides[1]
         albedo = oidn.guide("albedo", np.clip(self.film.picture("Denoising Albedo"), 0.0, 1.0), cancelled)
         normal = None
         if albedo is not None:
             normal = oidn.guide("normal", np.clip(self.film.picture("Denoising Normal"), -1.0, 1.0), cancelled)
-        return None if albedo is None or normal is None else Guides(albedo, normal)
+        if albedo is None or normal is None:
+            return None
+        self._guides = self.film.count, Guides(albedo, normal)
+        return self._guides[1]

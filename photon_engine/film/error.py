@@ -113,9 +113,9 @@ def picture_error(film: Film, name: str, share: float = CONFIDENCE) -> PassError
     Root mean squares over pixels of the error by the pixel's brightness. Of big pictures, the
     film's measured rows.
     """
-    film = film.measured()
-    if film.count < FEWEST_PASSES or not film.squares:
+    if film.count < FEWEST_PASSES or not film.measures:
         return PassError(*[float("nan")] * 4)
+    film = film.measured()
     scale2 = brightness(film, name) ** 2
     if not scale2.any():
         return PassError(0.0, 0.0, 0.0, 0.0)

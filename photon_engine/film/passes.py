@@ -54,6 +54,7 @@ USUAL = tuple(item for item in PASSES if item.usual)
 BY_NAME = {item.name: item for item in PASSES}
 ERROR_MAPS = frozenset(item.name for item in ERROR_PASSES)  # made when asked for: they need the variance of each pixel
 ALL_NAMES = frozenset(BY_NAME) - ERROR_MAPS
+GUIDES = frozenset(item.name for item in DENOISING_PASSES)
 LIGHT_NAMES = tuple(item.name for item in LIGHT_PASSES)
 GUIDE_NAMES = tuple(item.name for item in GUIDE_PASSES)
 
@@ -69,6 +70,11 @@ MEASURED = (
     {name: (name,) for name in LIGHT_NAMES} | {"Combined": LIGHT_NAMES}
     | {name: (name,) for name in BIASES.values()} | {"CombinedBias": tuple(BIASES.values())}
 )  # fmt: skip
+
+
+def usual_outputs(denoise: str) -> frozenset[str]:
+    """What is made unless told otherwise; a denoised render (setting `denoise`) shows its guides and its noise too."""
+    return ALL_NAMES if denoise != "OFF" else frozenset(item.name for item in USUAL)
 
 
 def in_full_frame(picture: np.ndarray, frame) -> np.ndarray:

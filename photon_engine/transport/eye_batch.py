@@ -53,7 +53,7 @@ class Tile(NamedTuple):
     albedo: np.ndarray
     caustic_bias: np.ndarray  # see gather_kernels.gather
     diffuse_bias: np.ndarray
-    guide_albedo: np.ndarray  # for the denoiser: of the first rough surface, also through glass and in mirrors
+    guide_albedo: np.ndarray  # of the first rough surface, also through glass and in mirrors; (0, 3): no denoiser
     guide_normal: np.ndarray
 
 
@@ -81,14 +81,15 @@ def no_sky() -> np.ndarray:
     return np.zeros((0, 3), np.float32)
 
 
-def empty_tile(n: int) -> Tile:
-    """A black tile of n pixels."""
+def empty_tile(n: int, guides: bool) -> Tile:
+    """A black tile of n pixels; guides: whether it has those of the denoiser."""
     rgb = [np.zeros((n, 3), np.float32) for _ in range(5)]
     return Tile(
         *rgb,
         np.ones((n, 1), np.float32),
         np.zeros((n, 1), np.float32),
-        *(np.zeros((n, 3), np.float32) for _ in range(6)),
+        *(np.zeros((n, 3), np.float32) for _ in range(4)),
+        *(np.zeros((n if guides else 0, 3), np.float32) for _ in range(2)),
     )
 
 

@@ -79,6 +79,7 @@ def _render_tile(scene: RenderScene, run: EyeRun, maps: Maps, picture: Tile, can
     paths = empty_paths(n, scene.absorbs)
     paths.inside[:] = scene.camera_inside
     camera_rays(scene.camera, run.key, region_of(scene.frame), first, run.splits, paths)
+    paths.unguided[:] = scene.plan.guides.runs
     tile.depth[:] = BACKGROUND_DEPTH
     rays = 0
     for bounce in range(run.max_bounces):

@@ -76,12 +76,13 @@ def _visible_points(scene: RenderScene, settings: Settings) -> tuple[np.ndarray,
     count = min(pixels, PILOT_PIXELS)
     paths = empty_paths(count, scene.absorbs)
     paths.inside[:] = scene.camera_inside
-    tile = empty_tile(count)
+    tile = empty_tile(count, False)
     positions, footprints = [np.zeros((0, 3), np.float32)], [np.zeros(0, np.float32)]
     # an odd stride walks through all columns
     stride = max(1, pixels // count - 1) | 1
     key = make_key(settings.seed, 0, STREAM_PILOT)
     camera_rays(scene.camera, key, region_of(frame, stride), 0, 0, paths)
+    paths.unguided[:] = False
     for bounce in range(settings.max_bounces):
         surfaces = scene.surfaces(paths.o, paths.d, paths.t_max, is_camera=bounce == 0)
         points = empty_points(len(paths.key), scene.absorbs)

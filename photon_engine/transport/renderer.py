@@ -85,7 +85,7 @@ class Renderer:
         start = time.perf_counter()
         frame = self.data.frame
         height, width = frame.y1 - frame.y0, frame.x1 - frame.x0
-        picture = empty_tile(height * width)
+        picture = empty_tile(height * width, self.plan.guides.runs)
         run = self._eye_run(i)
         rays = render_tiles(self.scene, self._pool, run, maps, picture, cancelled)
         for name, seconds in run.clock.split(time.perf_counter() - start).items():
@@ -95,7 +95,9 @@ class Renderer:
             return None
         if not self.plan.direct:
             picture.direct[:] = 0.0  # a final gather's rays found a part of it
-        return {name: field.reshape(height, width, -1) for name, field in zip(PASS_NAMES, picture, strict=True)}
+        black = np.zeros((1, 3), np.float32)
+        fields = (field if len(field) else np.broadcast_to(black, (height * width, 3)) for field in picture)
+        return {name: field.reshape(height, width, -1) for name, field in zip(PASS_NAMES, fields, strict=True)}
 
     def close(self) -> None:
         """Let the threads go."""

@@ -3,6 +3,8 @@ import json
 import numpy as np
 import pytest
 
+from ...film.darkroom import Darkroom
+from ...film.halves import DenoisedError
 from ...issues import IssueLog, RenderError, StopReason
 from ...settings import Settings
 from ..listener import Listener
@@ -131,3 +133,29 @@ def test_automatic_settings_are_decided_and_recorded():
         session.render()
         assert session.film.meta["settings"]["caustic_radius"] == session.settings.caustic_radius == radius
     assert session_of(denoise="FINAL", caustic_radius=3.0).settings.caustic_radius == 3.0
+
+
+def test_the_denoised_error_is_estimated_while_that_is_cheap_and_at_the_end(monkeypatch):
+    def passes_of(seconds):
+        session = session_of(passes=10, denoise="FINAL")
+        monkeypatch.setattr(Darkroom, "error", lambda room, halves: DenoisedError(0.1, 0.2))
+        begin = Session._measure_denoised
+
+        def measure(self, last):
+            self.darkroom.error_seconds = seconds
+            begin(self, last)
+
+        monkeypatch.setattr(Session, "_measure_denoised", measure)
+        session.render()
+        monkeypatch.setattr(Session, "_measure_denoised", begin)
+        return [item["passes"] for item in session.denoised_errors]
+
+    assert passes_of(0.0) == [4, 8, 10] and passes_of(1e3) == [10]
+
+
+def test_every_pixels_variance_is_kept_for_a_map_only(monkeypatch):
+    monkeypatch.setattr("photon_engine.driver.session.MOST_MEASURED", 16)  # of the picture's 48 pixels
+    for outputs, plan, whole in (({"Combined"}, True, False), ({"Noise"}, True, True), ({"Combined"}, False, True)):
+        session = Session(triangle_scene(), Settings(passes=2, plan=plan), IssueLog(), FakeRenderer, outputs)
+        session.render()
+        assert (session.film.rows is None) == whole

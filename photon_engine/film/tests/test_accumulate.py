@@ -118,5 +118,22 @@ def test_what_is_not_a_film_is_refused(tmp_path):
         Film.load(tmp_path / "other.npz")
 
 
+def test_black_pictures_take_no_memory(tmp_path):
+    """And one that is lit later has all it needs: the mean and the variance over all passes."""
+    dark, film = ("Caustic", "CausticBias", "Denoising Albedo", "Denoising Normal"), Film(*SHAPE)
+    for i in range(3):
+        film.add(i, image(i) | {name: np.zeros_like(image(i)[name]) for name in dark})
+    assert not set(dark) & {*film.sums, *film.squares}
+    assert not film.picture("Caustic").any() and not film.variance("Caustic").any()
+    film.save(tmp_path / "film.npz")
+    film = Film.load(tmp_path / "film.npz")
+    assert not set(dark) & {*film.sums, *film.squares}
+    film.add(3, image(3))
+    late = np.zeros((4, *SHAPE, 3))
+    late[3] = image(3)["Caustic"]
+    np.testing.assert_allclose(film.picture("Caustic"), late.mean(axis=0), rtol=1e-6)
+    np.testing.assert_allclose(film.variance("Caustic"), late.var(axis=0, ddof=1), rtol=1e-12)
+
+
 def test_variance_is_unknown_after_one_pass():
     assert np.isnan(film_of([0]).variance("Direct")).all()

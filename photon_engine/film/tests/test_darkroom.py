@@ -7,6 +7,7 @@ from ...issues import IssueLog
 from .. import oidn
 from ..accumulate import Film
 from ..darkroom import DENOISED, Darkroom
+from ..halves import Halves
 from ..passes import LIGHT_NAMES, RAW
 
 SIZE = (48, 40)
@@ -78,6 +79,26 @@ def test_interim_pictures_are_denoised_only_when_asked():
         out = darkroom.pictures(["Combined"], final)["Combined"]
         assert np.array_equal(out, raw) != bool(clean)
         assert bool(darkroom.version) == bool(clean)
+
+
+def test_guides_are_cleaned_once_a_pass_and_only_final_pictures_have_the_best_quality(monkeypatch):
+    runs = []
+    whole = oidn.Oidn._filter
+    monkeypatch.setattr(oidn.Oidn, "_filter",
+                        lambda self, images, *more: runs.append((sorted(images), more[1])) or whole(self, images, *more))
+    guides = [(["albedo"], oidn.BALANCED), (["normal"], oidn.BALANCED)]
+    darkroom, color = darkroom_of(film_of(2), "ALWAYS"), ["albedo", "color", "normal"]
+    halves = Halves(*SIZE, 1.0)
+    halves.counts = [1, 1]
+    assert darkroom.error(halves) is not None and runs == [*guides, *[(color, oidn.BALANCED)] * 2]
+    runs.clear()
+    darkroom.pictures(["Combined", "Direct"], final=False)
+    darkroom.pictures(["Combined"])
+    assert runs == [*[(color, oidn.BALANCED)] * 2, (color, oidn.HIGH)]
+    darkroom.film.add(2, {name: np.ones((*SIZE, c), np.float32) for name, c in RAW.items()})
+    runs.clear()
+    darkroom.pictures(["Combined"])
+    assert runs == [*guides, (color, oidn.HIGH)]
 
 
 def test_cancelled_work_leaves_the_raw_picture_and_says_so():

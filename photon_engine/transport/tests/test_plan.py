@@ -60,7 +60,7 @@ def test_the_plan_changes_no_bit(which, how, asked):
         np.testing.assert_array_equal(some[name], whole[name], err_msg=f"only {asked}, {name}: {renderer.plan}")
 
 
-def plan(data, outputs=ALL_NAMES, **values):
+def plan(data, outputs=frozenset(LIGHT_NAMES), **values):
     return make_plan(data, Settings(**values), outputs)
 
 
@@ -84,6 +84,8 @@ LEFT_OUT = [
     ("media", {}, {}, "no inside absorbs"),
     ("lens", {}, {}, "pinhole"),
     ("textures", {}, {}, "no material varies"),
+    ("guides", {}, {}, "nothing is denoised"),
+    ("variance", {}, {}, "no map of the error"),
 ]
 RUNS = [
     ("diffuse_map", {}, {"max_bounces": 1, "final_gather": "ALL"}, "between Matte"),
@@ -101,6 +103,7 @@ RUNS = [
     ("environment", {"sky": 1.0}, {}, "Sky gives light"),
     ("lens", {"aperture": 0.1}, {}, "aperture of 100 mm"),
     ("textures", {"pane": "Painted"}, {}, "Painted reads uv"),
+    ("guides", {}, {"denoise": "FINAL"}, "the picture is denoised"),
 ]
 
 
@@ -123,6 +126,10 @@ def test_only_what_is_asked_for_is_done():
     assert not any(plan(scene(sky=1.0), {"Depth"}).lines()[i].runs for i in range(9))
     every = plan(scene(), {"Combined"})
     assert every.outputs == {"Combined"} and every.caustic_map and every.diffuse_map and every.direct
+
+
+def test_pictures_that_are_asked_for_by_name_are_made():
+    assert plan(scene(), {"Denoising Normal"}).guides and plan(scene(), {"Noise"}).variance
 
 
 def test_off_runs_everything_that_can_run():
