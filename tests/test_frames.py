@@ -84,7 +84,7 @@ def test_frames_of_a_text(text, frames):
 
 @pytest.mark.parametrize("text", ["", "a", "1-", "1-4:0", "1-4:x", "1.5"])
 def test_what_is_no_range_is_refused(text, capsys):
-    with pytest.raises(ValueError, match="frame|step"):
+    with pytest.raises(ValueError, match=r"frame|step"):
         parse_frames(text)
     with pytest.raises(SystemExit):
         cli.main(["render", "x.blend", f"--frames={text}"])

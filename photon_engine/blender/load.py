@@ -152,7 +152,7 @@ def read_render(scene: bpy.types.Scene, layer: bpy.types.ViewLayer, read: Callab
     """What `read` makes of the depsgraph that a render of this scene and view layer uses."""
     render = scene.render
     render.use_compositing = render.use_sequencer = render.use_multiview = False
-    alone = "bl_rna" not in vars(SceneReader)  # not registered; while a file is open it stays, and with it what Blender keeps for it
+    alone = "bl_rna" not in vars(SceneReader)  # not registered; an OpenBlend's stays, and with it what Blender keeps
     if alone:
         bpy.utils.register_class(SceneReader)
     before = render.engine

@@ -84,8 +84,12 @@ def test_interim_pictures_are_denoised_only_when_asked():
 def test_guides_are_cleaned_once_a_pass_and_only_final_pictures_have_the_best_quality(monkeypatch):
     runs = []
     whole = oidn.Oidn._filter
-    monkeypatch.setattr(oidn.Oidn, "_filter",
-                        lambda self, images, *more: runs.append((sorted(images), more[1])) or whole(self, images, *more))
+
+    def note(self, images, flags, quality, cancelled):
+        runs.append((sorted(images), quality))
+        return whole(self, images, flags, quality, cancelled)
+
+    monkeypatch.setattr(oidn.Oidn, "_filter", note)
     guides = [(["albedo"], oidn.BALANCED), (["normal"], oidn.BALANCED)]
     darkroom, color = darkroom_of(film_of(2), "ALWAYS"), ["albedo", "color", "normal"]
     halves = Halves(*SIZE, 1.0)
