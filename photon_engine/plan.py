@@ -44,6 +44,7 @@ class Line(NamedTuple):
 
 
 LABELS = {
+    "idle_lamps": "Lamps out of reach",
     "direct": "Direct light",
     "lobe_rays": "Rays from lobes",
     "see_through": "See-through shadows",
@@ -66,6 +67,7 @@ class Plan:
     """What a render does and leaves out. Every field but `outputs` is a Decision."""
 
     outputs: frozenset[str]  # pictures asked for, names of film.passes; Combined stands for all light passes
+    idle_lamps: Decision
     direct: Decision
     lobe_rays: Decision
     see_through: Decision
@@ -128,7 +130,7 @@ def make_plan(
 
     known : what was found out about the scene, if that was done already; it costs a compilation of the materials.
     """
-    facts = survey(scene, settings.specular_threshold) if known is None else known
+    facts = survey(scene, settings.specular_threshold, reach=settings.plan) if known is None else known
     variance = every_variance(settings, outputs := frozenset(outputs))
     outputs = frozenset("Combined" if name in ERROR_MAPS else name.removeprefix(NOISY) for name in outputs)
     rule = Rule(settings.plan, outputs)
@@ -144,6 +146,7 @@ def make_plan(
     why = "they gather diffuse light" if gathering else f"they may meet {names(facts.can_be_hit)}"
     return Plan(
         outputs,
+        idle_lamps=_idle_lamps(scene, settings, facts),
         direct=direct,
         lobe_rays=rule.decide(why, [(not facts.lit, NO_LIGHT)], met),
         see_through=rule.decide(f"light passes {names(facts.see_through)}", [(not facts.lit, NO_LIGHT)], shadows),
@@ -160,6 +163,14 @@ def make_plan(
 
 NO_LIGHT = "nothing shines"
 NO_ROUGH = "no rough surface to receive light"
+
+
+def _idle_lamps(scene: SceneData, settings: Settings, facts: Survey) -> Decision:
+    """Lamps that neither a surface nor the camera can see shining."""
+    if not settings.plan:
+        return Decision(True, OFF)
+    idle = [scene.lights[i].name for i in facts.idle]
+    return Decision(False, f"{names(idle)} shine past every surface" if idle else "there is none")
 
 
 def _direct(rule: Rule, facts: Survey) -> Decision:

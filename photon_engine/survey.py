@@ -9,6 +9,7 @@ import numpy as np
 
 from .issues import IssueLog
 from .scene.data import Light, Material, SceneData, World
+from .scene.reach import out_of_reach
 from .shading.material import compile_material
 from .shading.program import Program, constant_background
 
@@ -19,7 +20,8 @@ class Survey(NamedTuple):
     """Names of materials, lamps and the world by what they may do; upper bounds: what is not named does it never."""
 
     surfaces: tuple[str, ...]  # materials on triangles
-    lit: tuple[str, ...]  # lamps, materials and the world that give light
+    idle: tuple[int, ...]  # lamps whose light meets neither a surface nor the camera, indices into scene.lights
+    lit: tuple[str, ...]  # other lamps, materials and the world that give light
     can_be_hit: tuple[str, ...]  # of these, what a ray can meet
     seen: tuple[str, ...]  # of these, lamps and materials that eye paths can see
     sky: tuple[str, ...]  # the world, when it gives light
@@ -36,10 +38,13 @@ class Survey(NamedTuple):
         return self._replace(lit=(), can_be_hit=(), seen=(), sky=())
 
 
-def survey(scene: SceneData, threshold: float, programs: Sequence[Program] | None = None) -> Survey:
+def survey(
+    scene: SceneData, threshold: float, programs: Sequence[Program] | None = None, reach: bool = True
+) -> Survey:
     """Look through a scene.
 
-    threshold : roughness below which a lobe is sharp;  programs : of scene.materials, when they are compiled already.
+    threshold : roughness below which a lobe is sharp;  programs : of scene.materials, when they are compiled already
+    reach : whether lamps that light nothing are told apart, and count as dark
     """
     used = used_materials(scene)
     if programs is None:
@@ -51,7 +56,8 @@ def survey(scene: SceneData, threshold: float, programs: Sequence[Program] | Non
     def having(ask) -> tuple[str, ...]:
         return tuple(name for name, program in known if ask(program))
 
-    lamps = [light for light in scene.lights if shines(light)]
+    idle = tuple(i for i in out_of_reach(scene) if shines(scene.lights[i])) if reach else ()
+    lamps = [light for i, light in enumerate(scene.lights) if i not in idle and shines(light)]
     sky = (scene.world.name,) if world_shines(scene.world) else ()
     emitting = having(lambda program: program.emits)
     areas = tuple(light.name for light in lamps if not is_delta(light))
@@ -59,6 +65,7 @@ def survey(scene: SceneData, threshold: float, programs: Sequence[Program] | Non
     varying = having(lambda program: not program.constant)
     return Survey(
         surfaces=having(lambda program: True) + default,
+        idle=idle,
         lit=tuple(light.name for light in lamps) + emitting + sky,
         can_be_hit=areas + emitting + sky,
         seen=areas + emitting,

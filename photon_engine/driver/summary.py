@@ -19,7 +19,7 @@ def summarize(
     scene: SceneData, settings: Settings, issues: IssueLog, outputs: frozenset[str] = ALL_NAMES
 ) -> dict[str, Any]:
     """Plain values; compiles the materials, so that what they do not support comes into `issues`."""
-    facts = survey(scene, settings.specular_threshold, compile_materials(scene, issues))
+    facts = survey(scene, settings.specular_threshold, compile_materials(scene, issues), settings.plan)
     plan = make_plan(scene, settings, outputs, facts)
     used = Counter(instance.mesh for instance in scene.instances)
     triangles = {i: len(mesh.triangles) for i, mesh in enumerate(scene.meshes)}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -53,11 +54,12 @@ class RenderScene:
         stage("Compiling materials")
         self.materials = MaterialTable(scene, self.flat, settings.specular_threshold, issues)
         stage("Preparing lights")
+        facts = survey(scene, settings.specular_threshold, self.materials.programs, reach=settings.plan)
         self.emitters = find_emitters(self.flat, self.materials)
         self.shaded_emitters = bool(self.emitters.shaded.any())
         self.sky = build_sky(scene.world, scene.images, issues)
         self.lights = build_lights(
-            scene,
+            replace(scene, lights=[light for i, light in enumerate(scene.lights) if i not in facts.idle]),
             self.emitters,
             len(self.flat.geometry.triangles),
             self.flat.center,
@@ -67,7 +69,6 @@ class RenderScene:
             None if self.sky is None else self.sky.map,
         )
         self.camera = build_camera(scene.camera, scene.frame, self.flat.origin)
-        facts = survey(scene, settings.specular_threshold, self.materials.programs)
         self.plan = make_plan(scene, settings, outputs, facts if len(self.lights.kind) else facts.unlit())
         self.seen_lights = self.lights if self.plan.sees_lights else without_lights(self.lights)
         forks = bool(self.materials.has_sharp.any() or facts.see_through)

@@ -1,5 +1,7 @@
 """What a plan leaves out adds nothing: every picture is the same to the bit with and without it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -8,7 +10,9 @@ from hypothesis import strategies as st
 from ...film.passes import ALL_NAMES, LIGHT_NAMES
 from ...issues import IssueLog
 from ...plan import LABELS, OFF, make_plan
+from ...scene.reach import misses
 from ...settings import Settings
+from ...survey import survey
 from ..renderer import Renderer
 from .plan_scenes import LAMPS, MATERIALS, scene
 
@@ -74,6 +78,7 @@ LEFT_OUT = [
     ("diffuse_map", {}, {"max_bounces": 1, "final_gather": "OFF"}, "Bounces is 1"),
     ("diffuse_map", {"lamps": ["Dead"]}, {}, "nothing shines"),
     ("direct", {"lamps": []}, {}, "nothing shines"),
+    ("idle_lamps", {}, {}, "there is none"),
     ("direct", {"floor": "Glass", "wall": "Mirror"}, {}, "no rough surface"),
     ("lobe_rays", {"lamps": ["Point", "Sun", "Beam"], "wall": "Satin"}, {}, "no ray can meet a light"),
     ("see_through", {}, {}, "every surface stops light"),
@@ -123,13 +128,58 @@ def test_only_what_is_asked_for_is_done():
     one = plan(scene(wall="Polished", sky=1.0), {"Caustic", "Depth"})
     assert one.caustic_map and not (one.direct or one.lobe_rays or one.diffuse_map or one.emission or one.environment)
     assert one.direct.reason == "Direct is not asked for"
-    assert not any(plan(scene(sky=1.0), {"Depth"}).lines()[i].runs for i in range(9))
+    assert not any(plan(scene(sky=1.0), {"Depth"}).lines()[i].runs for i in range(10))
     every = plan(scene(), {"Combined"})
     assert every.outputs == {"Combined"} and every.caustic_map and every.diffuse_map and every.direct
 
 
 def test_pictures_that_are_asked_for_by_name_are_made():
     assert plan(scene(), {"Denoising Normal"}).guides and plan(scene(), {"Noise"}).variance
+
+
+def turned(light, matrix, z=2.0):
+    """A lamp with this rotation, somewhere above the floor."""
+    place = np.eye(4)
+    place[:3, :3], place[:3, 3] = matrix, (0.1, 0.0, z)
+    return replace(light, matrix=place)
+
+
+def test_a_lamp_out_of_reach_is_as_if_it_were_not_there():
+    up = np.diag([1.0, -1.0, -1.0])
+    here, there = LAMPS["Area"], [turned(LAMPS[name], up, 4.5) for name in ("Spot", "Area", "Beam")]
+    data = scene()
+    data.lights = [there[0], here, *there[1:]]
+    picture, renderer = render(data)
+    assert renderer.plan.idle_lamps.reason == "Spot, Area and 1 more shine past every surface"
+    assert len(renderer.scene.lights.kind) == 1
+    for name, expected in render(scene(), plan=False)[0].items():
+        np.testing.assert_array_equal(picture[name], expected)
+    data.lights = there
+    assert render(data)[1].plan.direct.reason == "nothing shines"
+    assert render(data, plan=False)[1].plan.idle_lamps.reason == OFF
+    data.lights = [turned(light, np.eye(3)) for light in there]  # down
+    assert not survey(data, 0.05).idle
+
+
+@given(st.sampled_from(["Spot", "Area", "Beam"]), st.integers(0, 2**31), st.floats(0.1, 3.0))
+@settings(max_examples=60, deadline=None, derandomize=True, database=None)
+def test_what_counts_as_out_of_reach_lights_nothing(kind, seed, opening):
+    """And what lights a surface near the middle of its cone is never out of reach."""
+    rng = np.random.default_rng(seed)
+    rotation = np.linalg.qr(rng.normal(size=(3, 3)))[0] @ np.diag(rng.uniform(0.5, 2.0, 3))
+    lamp = turned(LAMPS[kind], rotation, rng.uniform(0.5, 6.0))
+    lamp = replace(lamp, spot_size=opening, spread=0.0 if kind == "Beam" else opening, radius=rng.choice([0.0, 0.3]))
+    lamp.matrix[:2, 3] = rng.uniform(-4.0, 4.0, 2)
+    data = scene()
+    data.lights = [lamp]
+    boxes = np.array([[[-1.0, -1.0, 0.0], [1.0, 1.0, 0.0]]])
+    axis = -lamp.matrix[:3, 2] / np.linalg.norm(lamp.matrix[:3, 2])
+    if axis[2] < 0.0:
+        hit = lamp.matrix[:2, 3] - axis[:2] / axis[2] * lamp.matrix[2, 3]
+        assert not (np.abs(hit) < 1.0).all() or not misses(lamp, boxes)
+    if survey(data, 0.05).idle:
+        whole, _ = render(data, plan=False)
+        assert not any(whole[name].any() for name in LIGHT_NAMES)
 
 
 def test_off_runs_everything_that_can_run():
