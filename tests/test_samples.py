@@ -17,6 +17,7 @@ bpy = pytest.importorskip("bpy")
 FAILED = cycles.ROOT / "out" / "agreement"
 THOROUGH = os.environ.get("PHOTON_MAP_AGREEMENT") == "all"  # a verdict on every block: about an hour on two cores
 MOST_TRIANGLES = 200_000
+FROSTED = np.s_[40:64, 40:56]  # pixels of the rough glass ball of material_shelf
 MOST_BYTES = 1_000_000
 
 
@@ -86,6 +87,8 @@ def test_sample_agrees_with_its_reference(name):
     if not good:
         difference = 0.5 + 4.0 * (picture.mean - reference.mean)
         images.write_png(FAILED / f"{name}.png", [picture.mean, reference.mean, difference], zoom=3)
+    if name == "material_shelf":  # came out 1.08; 1.63 when the ball took the photons of the shelf that it lies on
+        assert abs(picture.mean[FROSTED].mean() / reference.mean[FROSTED].mean() - 1.0) < 0.2
     assert good, f"{report}\nissues: {[str(issue) for issue in picture.issues]}"
 
 

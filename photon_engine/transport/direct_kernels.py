@@ -19,7 +19,7 @@ from ..sampling.mis import power_heuristic
 from ..sampling.rng import uniform
 from ..vec import add, dot, length, load3, max3, scale, store3, sub
 from .eye_kernels import add3
-from .lobes import keep_narrow
+from .lobes import NARROW, keep_lobes
 from .media import after_surface, no_bits
 
 DIRECT_DIMENSION = 4096  # random numbers of direct light and gathering come after those of the eye path
@@ -92,10 +92,10 @@ def facing(ns, ng, wo):
 
 
 @kernel
-def sample_lights(laws, lights, surfaces, points, j, samples, mis, rays):
+def sample_lights(laws, lights, surfaces, points, j, samples, mis, lobes, rays):
     """Shadow rays of the j-th of `samples` light samples of every visible point; out: how many.
 
-    mis : whether rays from the lobes will meet the same lights.
+    mis : whether rays from the lobes will meet the same lights;  lobes : which rough ones, lobes.ALL or NARROW.
     """
     rows = surfaces.rows
     scratch = surfaces.scratch
@@ -115,6 +115,8 @@ def sample_lights(laws, lights, surfaces, points, j, samples, mis, rays):
             continue
         row = surfaces.row[i]
         prepare(rows, row, ns, ng, wo, laws.threshold, scratch)
+        if not keep_lobes(rows, row, scratch, lobes):
+            continue
         f, lobe_pdf_w = eval_rough(rows, row, ns, ng, wo, wi, scratch)
         s = abs(dot(ns, wi)) / (pdf_w * samples)
         if mis == 1 and not is_delta:
@@ -208,10 +210,10 @@ def attenuate_shadows(laws, surfaces, rays, casts):
 
 
 @kernel
-def sample_lobes(laws, surfaces, points, gathers, paths):
+def sample_lobes(laws, surfaces, points, gathers, lobes, paths):
     """One ray from the rough lobes of every visible point; out: how many.
 
-    gathers : which rough lobes gather: 0 none, 1 the narrow ones, 2 all.
+    gathers : which rough lobes gather: 0 none, 1 the narrow ones, 2 all;  lobes : which count at all, ALL or NARROW.
     """
     rows = surfaces.rows
     scratch = surfaces.scratch
@@ -223,6 +225,8 @@ def sample_lobes(laws, surfaces, points, gathers, paths):
         wo = load3(points.wo, m)
         row = surfaces.row[i]
         prepare(rows, row, ns, ng, wo, laws.threshold, scratch)
+        if not keep_lobes(rows, row, scratch, lobes):
+            continue
         u = (uniform(key, SECOND_DIMENSION), uniform(key, SECOND_DIMENSION + 1), uniform(key, SECOND_DIMENSION + 2))
         ok, wi, weight, pdf_w, eta = sample(rows, row, ns, ng, wo, CLASS_ROUGH, scratch, u, 0, laws.threshold)
         if not ok or max3(weight) <= 0.0:
@@ -231,9 +235,9 @@ def sample_lobes(laws, surfaces, points, gathers, paths):
         beta = load3(points.beta, m)
         out = (beta[0] * weight[0] * s, beta[1] * weight[1] * s, beta[2] * weight[2] * s)
         gather = out
-        if gathers != 2:
+        if gathers != 2 and lobes != NARROW:
             gather = (0.0, 0.0, 0.0)
-            if gathers == 1 and keep_narrow(rows, row, scratch):
+            if gathers == 1 and keep_lobes(rows, row, scratch, NARROW):
                 f, _ = eval_rough(rows, row, ns, ng, wo, wi, scratch)
                 s = abs(dot(ns, wi)) / pdf_w
                 gather = (beta[0] * f[0] * s, beta[1] * f[1] * s, beta[2] * f[2] * s)

@@ -202,7 +202,7 @@ def _take_all(laws, surfaces, paths, i, bounce, frame, weights, onward, alive, p
     rows, row, scratch = surfaces.rows, surfaces.row[i], surfaces.scratch
     dim = (bounce + 1) * DIMENSIONS_PER_BOUNCE
     beta, key = load3(paths.beta, i), paths.key[i]
-    lit = _kept(max3(beta) * weights[2], key, dim)
+    lit = kept(max3(beta) * weights[2], key, dim)
     if lit > 0.0:
         _end(points, ended, surfaces, paths, i, frame, scale(beta, lit))
         ended += 1
@@ -217,7 +217,7 @@ def _take_all(laws, surfaces, paths, i, bounce, frame, weights, onward, alive, p
             u1, u2 = uniform(fresh, dim + 1), uniform(fresh, dim + 2)
             ok, wi, weight, eta = sample_side(rows, row, k, side, (ns, ng, wo), scratch, u1, u2)
             out = mul(beta, weight)
-            s = _kept(max3(out), fresh, dim) if ok else 0.0
+            s = kept(max3(out), fresh, dim) if ok else 0.0
             if s > 0.0:
                 cls = CLASS_NULL if kind == TRANSPARENT else CLASS_SHARP
                 way = (cls, wi, eta, scale(out, s), weights[2] > 0.0)
@@ -229,7 +229,7 @@ def _take_all(laws, surfaces, paths, i, bounce, frame, weights, onward, alive, p
 
 
 @kernel
-def _kept(share, key, dim):
+def kept(share, key, dim):
     """What a way that carries this share of a pixel is multiplied with: 0 where Russian roulette ends it."""
     if share >= LEAST_SHARE:
         return 1.0

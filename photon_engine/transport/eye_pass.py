@@ -24,11 +24,13 @@ from .emission import multiply_radiance
 from .eye_batch import Tile, VisiblePoints, empty_paths, empty_points
 from .eye_kernels import camera_rays, eye_step
 from .gather_kernels import Radius, gather
+from .lobes import ALL, NARROW, WIDE
 from .photon_kernels import Surfaces
 from .render_scene import BACKGROUND_DEPTH, RenderScene
-from .second_kernels import second_step
+from .second_kernels import narrow_points, second_step
 
 PIXELS_AT_ONCE = 8192
+MOST_LIT = 2  # landings in a row that are lit by rays; what enters and leaves rough glass meets two an object
 
 
 class Maps(NamedTuple):
@@ -97,7 +99,7 @@ def _render_tile(scene: RenderScene, run: EyeRun, maps: Maps, picture: Tile, can
                 scene.laws, scene.rules, scene.seen_lights, surfaces, paths, bounce, onward, points, tile
             )
         if ended:
-            rays += _light_points(scene, run, maps, surfaces, head(points, ended), tile)
+            rays += _light_points(scene, run, maps, surfaces, head(points, ended), tile, 0)
         paths = head(onward, n)
         if n == 0:
             break
@@ -105,32 +107,40 @@ def _render_tile(scene: RenderScene, run: EyeRun, maps: Maps, picture: Tile, can
 
 
 def _light_points(
-    scene: RenderScene, run: EyeRun, maps: Maps, surfaces: Surfaces, points: VisiblePoints, tile: Tile
+    scene: RenderScene, run: EyeRun, maps: Maps, surfaces: Surfaces, points: VisiblePoints, tile: Tile, landing: int
 ) -> int:
-    """Direct, caustic and diffuse light at visible points."""
+    """Direct, caustic and diffuse light at visible points; landing: how many rough lobes the path has met before.
+
+    Behind a rough lobe all light is diffuse light, and only narrow lobes are lit so.
+    """
     rays = 0
+    lobes = NARROW if landing else ALL
     with run.clock("direct"):
         for j in range(run.light_samples):
-            rays += _shadow_rays(scene, run, surfaces, points, j, tile)
+            rays += _shadow_rays(scene, run, surfaces, points, j, tile, lobes)
     with run.clock("gather"):
         if maps.caustic is not None:
-            gather(scene.laws, surfaces, points, maps.caustic, maps.caustic_radius, 0, tile.caustic, tile.caustic_bias)
-        if maps.diffuse is not None and not run.gather_all:
-            lobes = 1 if run.gather_narrow else 0
             gather(
-                scene.laws, surfaces, points, maps.diffuse, maps.diffuse_radius, lobes, tile.diffuse, tile.diffuse_bias
+                scene.laws, surfaces, points, maps.caustic, maps.caustic_radius, lobes, tile.caustic, tile.caustic_bias
+            )
+        if maps.diffuse is not None and not run.gather_all and not landing:
+            wide = WIDE if run.gather_narrow else ALL
+            gather(
+                scene.laws, surfaces, points, maps.diffuse, maps.diffuse_radius, wide, tile.diffuse, tile.diffuse_bias
             )
     if run.lobe_rays:
         with run.clock("direct"):
-            rays += _second_rays(scene, run, maps, surfaces, points, tile)
+            rays += _second_rays(scene, run, maps, surfaces, points, tile, landing)
     return rays
 
 
-def _shadow_rays(scene: RenderScene, run: EyeRun, surfaces: Surfaces, points: VisiblePoints, j: int, tile: Tile) -> int:
+def _shadow_rays(
+    scene: RenderScene, run: EyeRun, surfaces: Surfaces, points: VisiblePoints, j: int, tile: Tile, lobes: int
+) -> int:
     """One shadow ray from every visible point."""
     rays = empty_shadow_rays(len(points.hit), scene.absorbs)
     count = sample_lights(
-        scene.laws, scene.lights, surfaces, points, j, run.light_samples, 1 if run.lobe_rays else 0, rays
+        scene.laws, scene.lights, surfaces, points, j, run.light_samples, 1 if run.lobe_rays else 0, lobes, rays
     )
     rays = head(rays, count)
     multiply_radiance(scene, rays.emitter, rays.place, -rays.d, rays.light)
@@ -155,12 +165,12 @@ def _shadow_rays(scene: RenderScene, run: EyeRun, surfaces: Surfaces, points: Vi
 
 
 def _second_rays(
-    scene: RenderScene, run: EyeRun, maps: Maps, surfaces: Surfaces, points: VisiblePoints, tile: Tile
+    scene: RenderScene, run: EyeRun, maps: Maps, surfaces: Surfaces, points: VisiblePoints, tile: Tile, landing: int
 ) -> int:
     """One ray from the lobes of every visible point: direct light by MIS, diffuse light by final gather."""
     paths = empty_second_paths(len(points.hit), scene.absorbs)
     gathers = 2 if run.gather_all else 1 if run.gather_narrow else 0
-    count = sample_lobes(scene.laws, surfaces, points, gathers, paths)
+    count = sample_lobes(scene.laws, surfaces, points, gathers, NARROW if landing else ALL, paths)
     paths = head(paths, count)
     traced = 0
     for bounce in range(run.max_bounces):
@@ -176,9 +186,29 @@ def _second_rays(
             scene.laws, scene.lights, there, paths, bounce, max(run.light_samples, 1), landings, tile.direct
         )
         if landed:
-            for photons in (maps.first, maps.diffuse):
-                if photons is not None:
-                    seen = head(landings, landed)
-                    gather(scene.laws, there, seen, photons, maps.diffuse_radius, 0, tile.diffuse, tile.diffuse_bias)
+            traced += _light_landings(scene, run, maps, there, head(landings, landed), tile, landing + 1)
         paths = head(paths, count)
     return traced
+
+
+def _light_landings(
+    scene: RenderScene, run: EyeRun, maps: Maps, surfaces: Surfaces, landings: VisiblePoints, tile: Tile, landing: int
+) -> int:
+    """Diffuse light from where a final gather's legs end: photons for wide lobes, rays for narrow ones."""
+    lit = landing <= MOST_LIT
+    lobes = WIDE if lit else ALL
+    with run.clock("gather"):
+        for photons in (maps.first, maps.diffuse):
+            if photons is not None:
+                gather(
+                    scene.laws, surfaces, landings, photons, maps.diffuse_radius, lobes, tile.diffuse, tile.diffuse_bias
+                )
+    if not lit:
+        return 0
+    points = empty_points(len(landings.hit), scene.absorbs)
+    count = narrow_points(surfaces, landings, landing, points)
+    if not count:
+        return 0
+    run = run._replace(light_samples=1)
+    diffuse = tile._replace(direct=tile.diffuse, caustic=tile.diffuse, caustic_bias=tile.diffuse_bias)
+    return _light_points(scene, run, maps, surfaces, head(points, count), diffuse, landing)

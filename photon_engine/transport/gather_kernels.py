@@ -11,10 +11,10 @@ from ..bsdf.surface import eval_rough, prepare
 from ..geometry.surface import surface_point
 from ..jit import inlined, kernel
 from ..photons.map import cell_index, row_hash
-from ..photons.packing import unpack_direction, unpack_octahedral
-from ..vec import dot, load3, mul, scale
+from ..photons.packing import body, touches, unpack_direction, unpack_facet
+from ..vec import dot, load3, mul, normalize, scale
 from .eye_kernels import add3
-from .lobes import keep_wide
+from .lobes import keep_lobes
 
 SAME_SURFACE = 0.5  # cosine between normals beyond which a photon lies on another face
 
@@ -41,7 +41,7 @@ def gather(laws, surfaces, points, photons, radius, lobes, picture, bias):
         K_4(x) = 2 (1 - x^2) (3 - 6 x^2),  E[K - K_4] = r^2 / 12 laplace(L) + O(r^4)  [Wand and Jones 1995, 2.8]
 
     Its mean over passes estimates the bias of the picture's mean whatever the radii were.
-    lobes : 0 all rough ones, 1 the wide ones only.
+    lobes : which rough ones, lobes.ALL, WIDE or NARROW.
     """
     rows, geometry = surfaces.rows, surfaces.geometry
     scratch = surfaces.scratch
@@ -53,16 +53,17 @@ def gather(laws, surfaces, points, photons, radius, lobes, picture, bias):
         p, ng, ns = surface_point(geometry, surfaces.prim[i], float(surfaces.u[i]), float(surfaces.v[i]))
         wo = load3(points.wo, m)
         row = surfaces.row[i]
+        instance = geometry.instance[surfaces.prim[i]]
         if is_lambert(rows, row) and geometry.normal_row[surfaces.prim[i]] < 0:
             lit = ng if dot(wo, ng) >= 0.0 else scale(ng, -1.0)
-            flux, smear = flux_on_plane(p, lit, photons, r)
+            flux, smear = flux_on_plane(p, lit, body(dot(wo, ng) >= 0.0, instance), photons, r)
             albedo = scale(load3(rows.params[row], 0), 1.0 / math.pi)
             total, smear = mul(albedo, flux), mul(albedo, smear)
         else:
             prepare(rows, row, ns, ng, wo, laws.threshold, scratch)
-            if lobes == 1 and not keep_wide(rows, row, scratch):
+            if not keep_lobes(rows, row, scratch, lobes):
                 continue
-            total, smear = estimate(rows, row, (p, ns, ng, wo), scratch, photons, r)
+            total, smear = estimate(rows, row, (p, ns, ng, wo), instance, scratch, photons, r)
         beta = load3(points.beta, m)
         add3(picture, points.pixel[m], mul(beta, total))
         add3(bias, points.pixel[m], mul(beta, smear))
@@ -95,8 +96,11 @@ def with_bias(total, moment, r2):
 
 
 @kernel
-def flux_on_plane(p, n, photons, r):
-    """Flux per area (rgb) on the side n of the plane through p, and its bias: `estimate` of Lambert of albedo pi."""
+def flux_on_plane(p, n, own, photons, r):
+    """Flux per area (rgb) on the side n of the plane through p, and its bias: `estimate` of Lambert of albedo pi.
+
+    own : packing.body of that side.
+    """
     cell = photons.cell
     x0, x1 = cell_index(p[0] - r, cell), cell_index(p[0] + r, cell)
     check = photons.clash or r > cell
@@ -113,9 +117,11 @@ def flux_on_plane(p, n, photons, r):
                     d2 = dx * dx + dy * dy + dz * dz
                     if d2 >= r2 or (check and not in_row(q, cell, iy, iz, x0, x1)):
                         continue
-                    facet = unpack_octahedral(photons.normal[j])
+                    facet = unpack_facet(photons.normal[j])
                     c = dot(facet, n)
                     if c <= 0.0 or c * c < SAME_SURFACE * SAME_SURFACE * dot(facet, facet):
+                        continue
+                    if touches(photons.normal[j], own):
                         continue
                     x2 = d2 / r2
                     flux = scale(load3(photons.flux, j), 1.0 - x2)
@@ -125,7 +131,7 @@ def flux_on_plane(p, n, photons, r):
 
 
 @kernel
-def estimate(rows, row, frame, scratch, photons, r):
+def estimate(rows, row, frame, instance, scratch, photons, r):
     """Radiance (rgb) from photons within r of a prepared surface point (p, ns, ng, wo), and its bias."""
     p, ns, ng, wo = frame
     cell = photons.cell
@@ -144,8 +150,9 @@ def estimate(rows, row, frame, scratch, photons, r):
                     d2 = dx * dx + dy * dy + dz * dz
                     if d2 >= r2 or (check and not in_row(q, cell, iy, iz, x0, x1)):
                         continue
-                    facet = unpack_direction(photons.normal[j])
-                    if abs(dot(facet, ng)) < SAME_SURFACE:
+                    facet = normalize(unpack_facet(photons.normal[j]))
+                    c = dot(facet, ng)
+                    if abs(c) < SAME_SURFACE or touches(photons.normal[j], body(c > 0.0, instance)):
                         continue
                     wi = unpack_direction(photons.wi[j])
                     f, _ = eval_rough(rows, row, ns, ng, wo, wi, scratch)

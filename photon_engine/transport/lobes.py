@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from ..bsdf.layout import CLASS_ROUGH, GLASS, NARROW_ROUGHNESS, REFLECT, REFRACT, ROUGHNESS
+from ..bsdf.layout import CLASS_ROUGH, GLASS, NARROW_ROUGHNESS, NONE, REFLECT, REFRACT, ROUGHNESS
 from ..jit import kernel
+
+ALL, WIDE, NARROW = 0, 1, 2  # of the rough lobes
 
 
 @kernel
@@ -13,18 +15,6 @@ def is_narrow(rows, row, k):
     if kind != REFLECT and kind != GLASS and kind != REFRACT:
         return False
     return rows.params[row, k, ROUGHNESS] < NARROW_ROUGHNESS
-
-
-@kernel
-def keep_wide(rows, row, scratch):
-    """Silence the narrow lobes of a prepared row; out: whether a rough lobe remains."""
-    return _keep(rows, row, scratch, False)
-
-
-@kernel
-def keep_narrow(rows, row, scratch):
-    """Silence the wide lobes of a prepared row; out: whether a rough lobe remains."""
-    return _keep(rows, row, scratch, True)
 
 
 @kernel
@@ -40,4 +30,22 @@ def _keep(rows, row, scratch, narrow):
             scratch[k, 0] = 0.0
             scratch[k, 1] = 0.0
             scratch[k, 2] = 0.0
+            scratch[k, 3] = 0.0  # nor are they sampled
     return remains
+
+
+@kernel
+def keep_lobes(rows, row, scratch, lobes):
+    """Silence some lobes of a prepared row: ALL, WIDE or NARROW stay; out: whether a rough lobe remains."""
+    return lobes == ALL or _keep(rows, row, scratch, lobes == NARROW)
+
+
+@kernel
+def has_narrow(rows, row):
+    """Whether a row has narrow lobes."""
+    for k in range(rows.kind.shape[1]):
+        if rows.kind[row, k] == NONE:
+            return False
+        if is_narrow(rows, row, k):
+            return True
+    return False

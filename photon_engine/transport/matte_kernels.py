@@ -16,7 +16,7 @@ from ..bsdf.matte import sample_lambert
 from ..geometry.surface import between, corners, face_normal, offset_origin, smooth_normal, unit_or
 from ..jit import inlined, kernel
 from ..photons.batch import ONE_ROUGH
-from ..photons.packing import pack_direction
+from ..photons.packing import pack_direction, pack_facet
 from ..sampling.rng import DIMENSIONS_PER_BOUNCE, uniform
 from ..vec import dot, load3, mul, scale, store3
 from .photon_rules import after_rough, roulette, stores
@@ -40,6 +40,7 @@ O = 36 * LANES
 GOES_ON = 39 * LANES  # 1: it does
 U0, U1, U2 = 40 * LANES, 41 * LANES, 42 * LANES  # random numbers
 CODE_WO, CODE_NG = 43 * LANES, 44 * LANES
+INSTANCE = CODE_NG  # until it goes into the code
 N = 45 * LANES  # normal of an ideal surface's facet, on the side of wo
 IOR, MIRROR = 48 * LANES, 49 * LANES  # of an ideal surface: its index; 1: it reflects all
 N_COLUMNS = 50
@@ -92,6 +93,7 @@ def load_lanes(lanes, index, surfaces, photons):
         put(x, PHI, j, load3(photons.phi, i))
         put(x, COLOR, j, (float(p[row, 0, WEIGHT]), float(p[row, 0, WEIGHT + 1]), float(p[row, 0, WEIGHT + 2])))
         x[SEEN + j] = photons.seen[i]
+        x[INSTANCE + j] = surfaces.geometry.instance[prim]
         lanes.key[j] = photons.key[i]
         if len(photons.inside):
             lanes.inside[j] = photons.inside[i]
@@ -114,7 +116,8 @@ def encode(lanes):
     for j in range(LANES):
         ng, wo = get(x, NG, j), get(x, WO, j)
         x[CODE_WO + j] = pack_direction(wo)
-        x[CODE_NG + j] = pack_direction(ng if dot(wo, ng) >= 0.0 else scale(ng, -1.0))
+        front = dot(wo, ng) >= 0.0
+        x[CODE_NG + j] = pack_facet(ng if front else scale(ng, -1.0), front, x[INSTANCE + j])
 
 
 @kernel

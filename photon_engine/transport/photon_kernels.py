@@ -17,7 +17,7 @@ from ..lights.mesh import place_on
 from ..lights.select import pick
 from ..lights.targets import emit_aimed
 from ..photons.batch import ONE_ROUGH, SEEN_SHARP
-from ..photons.packing import pack_direction
+from ..photons.packing import pack_direction, pack_facet
 from ..sampling.rng import DIMENSIONS_PER_BOUNCE, path_key, shifted, uniform
 from ..vec import dot, load3, madd, mul, scale, store3, sub
 from .ideal_kernels import bend, launch_ideal, load_ideal, turn_normals
@@ -245,7 +245,9 @@ def _any_hit(laws, leg, surfaces, photons, i, out, alive, deposits, stored):
         store3(deposits.position, stored, p)
         store3(deposits.flux, stored, phi)
         deposits.wi[stored] = pack_direction(wo)
-        deposits.normal[stored] = pack_direction(ng if dot(wo, ng) >= 0.0 else scale(ng, -1.0))
+        front = dot(wo, ng) >= 0.0
+        instance = surfaces.geometry.instance[surfaces.prim[i]]
+        deposits.normal[stored] = pack_facet(ng if front else scale(ng, -1.0), front, instance)
         deposits.seen[stored] = seen
         stored += 1
     if leg.mode == CAUSTIC or seen // ONE_ROUGH >= laws.max_rough:

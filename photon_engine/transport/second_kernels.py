@@ -12,12 +12,15 @@ from ..geometry.surface import offset_origin, surface_point
 from ..jit import kernel
 from ..lights.sample import emitter_pdf_w, lamps_along_ray, suns_along_ray, world_pdf_w, world_radiance
 from ..sampling.mis import power_heuristic
-from ..sampling.rng import DIMENSIONS_PER_BOUNCE, uniform
+from ..sampling.rng import DIMENSIONS_PER_BOUNCE, path_key, uniform
 from ..vec import add, dot, length, load3, max3, mul, scale, store3, sub
 from .direct_kernels import SECOND_DIMENSION
-from .eye_kernels import add3
+from .eye_kernels import add3, kept
+from .lobes import has_narrow
 from .media import after_surface
 from .photon_kernels import choose_class
+
+GENERATION = 1 << 20  # random numbers of lit landings, apart from those of split paths
 
 
 @kernel
@@ -98,6 +101,35 @@ def second_step(laws, lights, surfaces, paths, bounce, samples, landings, direct
             store3(paths.d, alive, wi)
             alive += 1
     return alive, landed
+
+
+@kernel
+def narrow_points(surfaces, landings, generation, points):
+    """Landings on narrow lobes, to be lit as visible points of theirs; out: how many.
+
+    A narrow lobe would weigh the few photons it looks at by up to 1 / (pi alpha^2). Those that carry little go on by
+    Russian roulette. generation : 1, 2, ...: each has random numbers of its own.
+    """
+    count = 0
+    for m in range(len(landings.hit)):
+        i = landings.hit[m]
+        if not has_narrow(surfaces.rows, surfaces.row[i]):
+            continue
+        key = path_key(landings.key[m], GENERATION + generation)
+        beta = load3(landings.beta, m)
+        s = kept(max3(beta), key, 0)
+        if s <= 0.0:
+            continue
+        points.hit[count] = i
+        store3(points.wo, count, load3(landings.wo, m))
+        store3(points.beta, count, scale(beta, s))
+        points.key[count] = key
+        points.pixel[count] = landings.pixel[m]
+        points.footprint[count] = landings.footprint[m]
+        if len(landings.inside):
+            points.inside[count] = landings.inside[m]
+        count += 1
+    return count
 
 
 @kernel

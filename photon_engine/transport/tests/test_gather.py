@@ -8,25 +8,26 @@ from ...bsdf.layout import pack
 from ...jit import kernel
 from ...photons.batch import Deposits
 from ...photons.map import build_map
-from ...photons.packing import pack_direction
+from ...photons.packing import body, pack_direction, pack_facet
 from ..gather_kernels import estimate, flux_on_plane
 
 ALBEDO = (0.7, 0.5, 0.2)
 UP = (0.0, 0.0, 1.0)
+OBJECT = 5
 
 
 @kernel
 def radiance(rows, p, n, wo, scratch, photons, r, out):
     """estimate() at a Lambert point; scratch as prepare() leaves it."""
-    value, smear = estimate(rows, 0, (p, n, n, wo), scratch, photons, r)
+    value, smear = estimate(rows, 0, (p, n, n, wo), OBJECT, scratch, photons, r)
     for c in range(3):
         out[c], out[3 + c] = value[c], smear[c]
 
 
 @kernel
 def irradiance(p, n, photons, r, out):
-    """flux_on_plane()."""
-    value, smear = flux_on_plane(p, n, photons, r)
+    """flux_on_plane(), of a mesh whose front looks up."""
+    value, smear = flux_on_plane(p, n, body(n[2] > 0.0, OBJECT), photons, r)
     for c in range(3):
         out[c], out[3 + c] = value[c], smear[c]
 
@@ -40,7 +41,7 @@ def photons_on_plane(n, seed=1, tilt=None):
     wi /= np.linalg.norm(wi, axis=1, keepdims=True)
     wi[:, 2] = np.where(below, -1, 1) * np.abs(wi[:, 2])
     packed = np.array([pack_direction(tuple(w)) for w in wi], np.uint32)
-    down, up = pack_direction((0.0, 0.0, -1.0)), pack_direction(UP)
+    down, up = pack_facet((0.0, 0.0, -1.0), False, OBJECT), pack_facet(UP, True, OBJECT)
     normal = np.where(below, down, up).astype(np.uint32)
     flux = rng.random((n, 3)).astype(np.float32)
     return Deposits(position, flux, packed, normal, np.zeros(n, np.uint8)), below
@@ -92,8 +93,31 @@ def lattice(value, spacing=0.005):
     x, y = (a.ravel() for a in np.meshgrid(axis, axis))
     position = np.stack([x, y, 0 * x], axis=1).astype(np.float32)
     flux = np.repeat((value(x, y) * spacing**2)[:, None], 3, axis=1).astype(np.float32)
-    up = np.full(len(x), pack_direction(UP), np.uint32)
-    return Deposits(position, flux, up, up, np.zeros(len(x), np.uint8))
+    wi = np.full(len(x), pack_direction(UP), np.uint32)
+    facet = np.full(len(x), pack_facet(UP, True, OBJECT), np.uint32)
+    return Deposits(position, flux, wi, facet, np.zeros(len(x), np.uint8))
+
+
+@pytest.mark.parametrize("front", [True, False])
+@pytest.mark.parametrize("other", [OBJECT, OBJECT + 1])
+def test_light_inside_a_ball_does_not_shine_on_the_floor_it_stands_on(front, other):
+    """Photons that leave the ball through its foot arrive at its back, from above, where the floor's arrive too.
+
+    Facets of one object count whatever their winding, those of another one only when both meshes look the same way.
+    """
+    deposits, below = photons_on_plane(400)
+    facet = np.full(400, pack_facet(UP, front, other), np.uint32)
+    photons = build_map(deposits._replace(normal=facet), 0.5)
+    rows = pack(recipes.diffuse(np.array([ALBEDO], np.float32), np.zeros(1, np.float32), None), 1, 1)
+    scratch = np.zeros((1, 8))
+    scratch[0, :3], scratch[0, 3], scratch[0, 4] = ALBEDO, 0.5, 2.0
+    counts = front or other == OBJECT
+    out = np.zeros(6)
+    irradiance((0.0, 0.0, 0.0), UP, photons, 0.5, out)
+    assert np.allclose(out, naive_irradiance(deposits, np.full(400, counts), (0.0, 0.0, 0.0), 0.5), rtol=1e-6)
+    radiance(rows, (0.0, 0.0, 0.0), UP, UP, scratch, photons, 0.5, out)
+    above = naive_irradiance(deposits, counts & ~below, (0.0, 0.0, 0.0), 0.5)
+    assert np.allclose(out, above * np.tile(ALBEDO, 2) / np.pi, rtol=1e-5)
 
 
 def test_bias_is_r2_laplace_over_12_on_a_smooth_field():

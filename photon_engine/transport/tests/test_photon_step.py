@@ -23,7 +23,7 @@ from ...bsdf.surface import prepare_any, sample_any
 from ...geometry.flatten import Geometry
 from ...geometry.surface import offset_origin, surface_point
 from ...photons.batch import ONE_ROUGH, SEEN_SHARP, empty_deposits, empty_photons
-from ...photons.packing import pack_direction
+from ...photons.packing import pack_direction, pack_facet
 from ...sampling.rng import DIMENSIONS_PER_BOUNCE, uniform
 from ..matte_kernels import LANES, empty_lanes
 from ..media import Media, no_media
@@ -77,8 +77,10 @@ def one_by_one(surfaces, photons, mode: int):
         phi, wo = photons.phi[i].astype(float), tuple(-photons.d[i].astype(float))
         seen, key = int(photons.seen[i]), photons.key[i]
         if stores(mode, seen):
-            side = ng if np.dot(ng, wo) >= 0.0 else tuple(-np.array(ng))
-            deposits.append((p, phi, pack_direction(wo), pack_direction(side)))
+            front = np.dot(ng, wo) >= 0.0
+            instance = int(surfaces.geometry.instance[surfaces.prim[i]])
+            facet = pack_facet(ng if front else tuple(-np.array(ng)), front, instance)
+            deposits.append((p, phi, pack_direction(wo), facet))
         if mode == CAUSTIC or seen // ONE_ROUGH >= MAX_ROUGH:
             continue
         u = [uniform(key, (BOUNCE + 1) * DIMENSIONS_PER_BOUNCE + k) for k in range(4)]
