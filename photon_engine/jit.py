@@ -17,6 +17,8 @@ from pathlib import Path
 import numba
 from numba.core import event as numba_event
 
+from .linkage import Kernel
+
 # fastmath=True would let the compiler assume that no NaN exists, and bugs would go unseen
 FASTMATH = {"nsz", "arcp", "contract", "afn", "reassoc"}
 PACKAGE = Path(__file__).resolve().parent
@@ -123,8 +125,14 @@ def _compile(function, inline: bool):
     before = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(cache_root() / f"{path.stem}_{source_hash(path)}")
     try:
-        return numba.njit(
-            nogil=True, cache=True, fastmath=FASTMATH, error_model="numpy", _nrt=False, forceinline=inline
-        )(function)
+        options = {
+            "nopython": True,
+            "nogil": True,
+            "fastmath": FASTMATH,
+            "error_model": "numpy",
+            "_nrt": False,
+            "forceinline": inline,
+        }
+        return Kernel(function, options)
     finally:
         numba.config.CACHE_DIR = before
