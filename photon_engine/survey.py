@@ -33,9 +33,10 @@ class Survey(NamedTuple):
     varying: tuple[str, ...]  # materials that vary over a surface or with direction
     needs: frozenset[str]  # what these look up, as in shading.program
 
-    def unlit(self) -> Survey:
-        """The same scene, known to be dark."""
-        return self._replace(lit=(), can_be_hit=(), seen=(), sky=())
+    def unlit(self, may_shine: bool = False) -> Survey:
+        """The same scene, known to light nothing; may_shine: what glows may do so for some rays only (Light Path)."""
+        dark = self._replace(lit=(), can_be_hit=())
+        return dark if may_shine else dark._replace(seen=(), sky=())
 
 
 def survey(

@@ -22,6 +22,7 @@ from photon_engine.scene.data import Material  # noqa: E402
 from photon_engine.settings import Settings  # noqa: E402
 from photon_engine.shading.material import compile_material  # noqa: E402
 from photon_engine.shading.points import ObjectTable, ShadePoints  # noqa: E402
+from photon_engine.shading.trail import CAMERA  # noqa: E402
 from photon_engine.transport.renderer import Renderer  # noqa: E402
 
 SIZE = 32
@@ -147,7 +148,8 @@ class Patch:
             normal_local=np.tile((inverse[:3, :3] @ np.array([0.0, 0.0, 1.0])).astype(np.float32), (n, 1)),
             tangents={"": np.tile(tangent, (n, 1))}, attributes={"Paint": paint, "": paint},
             instance=np.zeros(n, np.int32), objects=table,
-            camera=to_camera.astype(np.float32), window=(-0.5, 0.5, -0.5, 0.5, 1.0), is_camera=True,
+            camera=to_camera.astype(np.float32), window=(-0.5, 0.5, -0.5, 0.5, 1.0),
+            trail=np.full(n, CAMERA, np.int64),
         )
 
     def ours(self, back: bool = False) -> tuple[np.ndarray, IssueLog]:

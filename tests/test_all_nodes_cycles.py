@@ -21,9 +21,10 @@ NODES = Path(__file__).parent.parent / "docs" / "nodes.md"
 LINKED = ("VECTOR", "RGBA", "VALUE")
 # what reads the mesh or the object goes through the whole engine
 ENGINE = {
-    "ShaderNodeAttribute", "ShaderNodeCameraData", "ShaderNodeHairInfo", "ShaderNodeNewGeometry", "ShaderNodeNormalMap",
+    "ShaderNodeAttribute", "ShaderNodeCameraData", "ShaderNodeHairInfo", "ShaderNodeLightPath",
+    "ShaderNodeNewGeometry", "ShaderNodeNormalMap",
     "ShaderNodeObjectInfo", "ShaderNodeParticleInfo", "ShaderNodePointInfo", "ShaderNodeTangent", "ShaderNodeTexCoord",
-    "ShaderNodeUVMap", "ShaderNodeVectorTransform", "ShaderNodeVertexColor",
+    "ShaderNodeUVMap", "ShaderNodeVectorTransform", "ShaderNodeVertexColor", "ShaderNodeWireframe",
 }
 # a square root, a logarithm or a quotient is steep somewhere on the patch: tests of their own hold these to 1e-3
 STEEP = {"ShaderNodeMath", "ShaderNodeVectorMath", "ShaderNodeTexSky", "ShaderNodeMapRange"}

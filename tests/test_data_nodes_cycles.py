@@ -132,6 +132,33 @@ def test_parts_and_particles(tmp_path):
         patch.compare_engine(build, outliers=SIZE)
 
 
+def test_pointiness_and_wireframe(tmp_path):
+    """Of a bumpy grid, some of whose vertices are there twice; wires in metres, in pixels and through a bump."""
+    patch = Patch(tmp_path)
+    rng = np.random.default_rng(8)
+    at = np.linspace(-1.0, 1.0, 6)
+    corners = [(x, y, 0.2 * rng.random()) for y in at for x in at]
+    faces = [(6 * j + i, 6 * j + i + 1, 6 * j + i + 7, 6 * j + i + 6) for j in range(5) for i in range(5)]
+    # the last row of faces has vertices of its own at the places of others
+    start = len(corners)
+    corners += corners[24:36]
+    faces[20:] = [tuple(start + k - 24 for k in face) for face in faces[20:]]
+    mesh = bpy.data.meshes.new("Bumpy")
+    mesh.from_pydata(corners, [], faces)
+    mesh.materials.append(patch.material)
+    patch.object.data = mesh
+    patch.object.matrix_world.identity()
+    # edges of the triangles: a filter of 0.01 px puts some pixels on either side
+    patch.compare_engine(lambda tree: out(tree.nodes.new("ShaderNodeNewGeometry"), "Pointiness"), outliers=SIZE)
+    for size, pixels in ((0.05, False), (1.7, True)):
+
+        def build(tree, size=size, pixels=pixels):
+            node = new(tree, "ShaderNodeWireframe", use_pixel_size=pixels)
+            return out(feed(tree, node, Size=size), "Fac")
+
+        patch.compare_engine(build, outliers=SIZE)
+
+
 def _particles(patch, mesh) -> None:
     """Let the object emit ten particles that show a plate with the material."""
     plate = bpy.data.meshes.new("Plate")

@@ -36,7 +36,7 @@ def shown_normals(patch: Patch) -> np.ndarray:
     d = np.stack([x, y, np.zeros_like(x)], axis=1) - eye
     d /= np.linalg.norm(d, axis=1, keepdims=True)
     o = np.broadcast_to(eye - scene.flat.origin, d.shape).astype(np.float32).copy()
-    surfaces = scene.surfaces(o, d, is_camera=True)
+    surfaces = scene.surfaces(o, d)
     assert not list(issues)
     radiance = emission_of(surfaces.rows.kind, surfaces.rows.params)[surfaces.row]
     return 4.0 * (radiance - LIFT)

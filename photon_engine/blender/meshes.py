@@ -12,6 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..geometry.islands import island_roots
+from ..geometry.pointiness import NAME as POINTINESS
+from ..geometry.pointiness import pointiness
 from ..issues import IssueLog
 from ..scene.data import Mesh
 from ..shading.procedural.white import hash_words
@@ -199,6 +201,14 @@ def island_random(me: Any, triangles: np.ndarray) -> np.ndarray:
     return hash_words(roots)
 
 
+def vertex_pointiness(me: Any, positions: np.ndarray) -> np.ndarray:
+    """Geometry > Pointiness of each vertex, (V,) f32; positions (V, 3)."""
+    normals, edges = np.empty(len(me.vertices) * 3, np.float32), np.empty(len(me.edges) * 2, np.int32)
+    me.vertex_normals.foreach_get("vector", normals)
+    me.edges.foreach_get("vertices", edges)
+    return pointiness(positions, normals.reshape(-1, 3), edges.reshape(-1, 2))
+
+
 def _needs_faces(me: Any) -> bool:
     """Whether some face attribute must be spread over triangles."""
     return any(_face_attribute(me, name, kind) is not None for name, kind in FACE_ATTRIBUTES)
@@ -251,6 +261,9 @@ READ_TYPES = {"INT": np.int32, "INT8": np.int32, "BOOLEAN": bool, "INT16_2D": np
 
 def _add_attribute(mesh: Mesh, me: Any, name: str, corners: tuple, owner: str, issues: IssueLog) -> None:
     """A named attribute (or the active colour) per triangle corner; UV layers are already there."""
+    if name == POINTINESS:
+        mesh.attributes[name] = vertex_pointiness(me, mesh.positions)[corners[1]][:, :, None]
+        return
     source = name
     if not name:
         source = me.color_attributes[me.color_attributes.render_color_index].name if me.color_attributes else ""

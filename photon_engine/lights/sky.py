@@ -41,12 +41,16 @@ class Sky(NamedTuple):
     map: SkyMap
     program: Program
 
-    def radiance_at(self, d: np.ndarray, is_camera: bool = False) -> np.ndarray:
-        """Exact radiance (n, 3) f32 in unit directions d (n, 3)."""
+    def radiance_at(self, d: np.ndarray, trail: np.ndarray | None = None) -> np.ndarray:
+        """Exact radiance (n, 3) f32 in unit directions d (n, 3).
+
+        trail : (n,) i64 of the paths that look; None: light is sampled
+        """
         out = np.empty((len(d), 3), np.float32)
         for first in range(0, len(d), AT_ONCE):
             part = d[first : first + AT_ONCE]
-            out[first : first + AT_ONCE] = self.program.emission(sky_points(part, is_camera))
+            looking = None if trail is None else trail[first : first + AT_ONCE]
+            out[first : first + AT_ONCE] = self.program.emission(sky_points(part, looking))
         return np.maximum(out, 0.0)
 
 

@@ -17,7 +17,6 @@ NOT_SUPPORTED = {
     "ShaderNodeAmbientOcclusion": "traces rays while shading",
     "ShaderNodeBevel": "traces rays while shading",
     "ShaderNodeRaycast": "traces rays while shading",
-    "ShaderNodeWireframe": "edges are not known to shading yet",
     "ShaderNodeRadialTiling": "not yet",
     "ShaderNodeTexIES": "light nodes that vary are not supported yet",
     "ShaderNodeBsdfHair": "hair is not supported yet",
@@ -35,12 +34,6 @@ NOT_SUPPORTED = {
 }
 UNSUPPORTED_OUTPUTS = {
     "ShaderNodeLightFalloff": {"Linear", "Constant"},
-    "ShaderNodeNewGeometry": {"Pointiness"},
-    "ShaderNodeLightPath": {
-        "Is Diffuse Ray", "Is Glossy Ray", "Is Singular Ray", "Is Reflection Ray", "Is Transmission Ray",
-        "Is Volume Scatter Ray", "Ray Length", "Ray Depth", "Diffuse Depth", "Glossy Depth", "Transparent Depth",
-        "Transmission Depth", "Portal Depth",
-    },
 }
 # type -> setting -> (unsupported values, what is done instead)
 UNSUPPORTED_SETTINGS = {

@@ -7,6 +7,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from .trail import FROM_LIGHT
+
 
 @dataclass
 class ObjectTable:
@@ -69,13 +71,15 @@ class ShadePoints:
     normal_local: np.ndarray | None = None  # (n, 3) f32, interpolated corner normals in mesh space, not normalised
     tangents: dict[str, np.ndarray] = field(default_factory=dict)  # layer -> (n, 4) f32, mesh space, w: sign
     attributes: dict[str, np.ndarray] = field(default_factory=dict)  # name -> (n, 5) f32: rgba, Fac
+    corners: np.ndarray | None = None  # (n, 3, 3) f32, of the triangle, from the point [m]
     parametric: np.ndarray | None = None  # (n, 2) f32, barycentric coordinates of corners 1 and 2
     island_random: np.ndarray | None = None  # (n,) f32, Geometry > Random Per Island
     instance: np.ndarray | None = None  # (n,) i32, row of `objects`
     objects: ObjectTable | None = None
     camera: np.ndarray | None = None  # (4, 4) f32, world to camera with z along the view axis
     window: tuple[float, ...] | None = None  # left, right, bottom, top of Camera.window, 1 for perspective
-    is_camera: bool = False  # the path came straight from the camera
+    trail: np.ndarray | None = None  # (n,) i64, of eye paths: shading/trail.py; None: light is sampled
+    ray_length: np.ndarray | None = None  # (n,) f32, of an eye path's last ray [m]
     is_photon: bool = False  # the path came from a light
     is_shadow: bool = False  # only transparency is asked
     around: Any = None  # Around: neighbours for bump ("bump" in needs); None: there is no telling a slope
@@ -105,8 +109,11 @@ class ShadePoints:
         return ShadePoints(**picked)
 
 
-def sky_points(d: np.ndarray, is_camera: bool = False) -> ShadePoints:
-    """What a world's nodes see in directions d (n, 3): Cycles makes the direction the position and the coordinates."""
+def sky_points(d: np.ndarray, trail: np.ndarray | None = None) -> ShadePoints:
+    """What a world's nodes see in directions d (n, 3): Cycles makes the direction the position and the coordinates.
+
+    trail : (n,) i64 of the paths that look; the world lies a bounce further, as in Cycles
+    """
     d = np.ascontiguousarray(d, np.float32)
     n = len(d)
     objects = ObjectTable(
@@ -115,10 +122,12 @@ def sky_points(d: np.ndarray, is_camera: bool = False) -> ShadePoints:
     )  # fmt: skip
     return ShadePoints(
         p=d, ng=-d, ns=-d, wo=-d, backfacing=np.zeros(n, bool), uvs=_Everywhere(np.zeros((n, 2), np.float32)),
-        generated=d, object=d, normal_local=-d, parametric=np.zeros((n, 2), np.float32), is_camera=is_camera,
+        generated=d, object=d, normal_local=-d, parametric=np.zeros((n, 2), np.float32),
+        trail=None if trail is None else trail + FROM_LIGHT,
         instance=np.zeros(n, np.int32), objects=objects, camera=np.eye(4, dtype=np.float32),
         island_random=np.zeros(n, np.float32), window=(-1.0, 1.0, -1.0, 1.0, 1.0),
-        tangents=_Everywhere(np.zeros((n, 4), np.float32)), attributes=_Everywhere(np.zeros((n, 4), np.float32)),
+        corners=np.zeros((n, 3, 3), np.float32), tangents=_Everywhere(np.zeros((n, 4), np.float32)),
+        attributes=_Everywhere(np.zeros((n, 4), np.float32)),
     )  # fmt: skip
 
 
@@ -147,6 +156,7 @@ def probe_points(n: int, needs: frozenset[str] = frozenset()) -> ShadePoints:
     return ShadePoints(
         p=rows(0, 0, 0), ng=rows(0, 0, 1), ns=rows(0, 0, 1), wo=rows(0, 0, 1), backfacing=np.zeros(n, bool), uvs=layers,
         generated=rows(0, 0, 0), object=rows(0, 0, 0), normal_local=rows(0, 0, 1), parametric=rows(0, 0),
+        corners=np.zeros((n, 3, 3), np.float32),
         instance=np.zeros(n, np.int32), objects=objects, camera=np.eye(4, dtype=np.float32),
         island_random=np.zeros(n, np.float32), window=(-1.0, 1.0, -1.0, 1.0, 1.0),
         tangents={name.partition(":")[2]: rows(1, 0, 0, 1) for name in needs if name.split(":")[0] == "tangent"},

@@ -36,8 +36,16 @@ def fill_attributes(points: ShadePoints, needs: frozenset[str], scene: SceneData
             to_camera[2] = -to_camera[2]
             points.camera = to_camera.astype(np.float32)
             points.window = (*scene.camera.window, float(scene.camera.kind == "PERSP"))
+        elif kind == "corners":
+            points.corners = corners_from(points.p, flat, hits.prim)
         elif kind == "island":
             points.island_random = lookup.faces(lambda mesh: mesh.island_random)
+
+
+def corners_from(p: np.ndarray, flat: Flattened, prim: np.ndarray) -> np.ndarray:
+    """Corners of triangles (n, 3, 3) f32 from world points p (n, 3) [m]."""
+    corner = flat.geometry.positions[flat.geometry.triangles[prim]].astype(np.float64)
+    return (corner + flat.origin - p[:, None, :]).astype(np.float32)
 
 
 def generated_coordinates(mesh: Mesh) -> np.ndarray:
@@ -106,6 +114,8 @@ class Neighbours:
                 moved.generated = points.generated + lookup.vertices(generated_coordinates)
             elif kind == "object":
                 moved.object = _object_coordinates(moved)
+            elif kind == "corners":
+                moved.corners = points.corners - offset[:, None, :]
         return moved
 
 
@@ -134,13 +144,21 @@ LEAST_SHIFT = 2e-5
 
 
 def pixel_width(scene: SceneData, p: np.ndarray) -> np.ndarray:
-    """Width [m] of a camera's pixel at world points (n, 3), for photons too: both must see the same slopes."""
+    """Width [m] of a camera's pixel at world points (n, 3), for photons too: both must see the same slopes.
+
+    The mean of how far a step of a pixel across and up turns the ray, times its length: Cycles' compact differentials.
+    """
     camera, frame = scene.camera, scene.frame
     across = (camera.window[1] - camera.window[0]) / frame.width
     up = (camera.window[3] - camera.window[2]) / frame.height
-    width = np.full(len(p), np.sqrt(across * up))
+    width = np.full(len(p), 0.5 * (across + up))
     if camera.kind == "PERSP":
-        width = width * np.linalg.norm(p - camera.matrix[:3, 3], axis=1)
+        away = p - camera.matrix[:3, 3]
+        size = np.linalg.norm(away, axis=1)
+        axes = camera.matrix[:3, :3] / np.linalg.norm(camera.matrix[:3, :3], axis=0)
+        d = (away / np.where(size > 0.0, size, 1.0)[:, None]) @ axes  # z: cosine of the angle to the view axis
+        turn = across * np.sqrt(1.0 - np.minimum(d[:, 0] ** 2, 1.0)) + up * np.sqrt(1.0 - np.minimum(d[:, 1] ** 2, 1.0))
+        width = 0.5 * turn * np.abs(d[:, 2]) * size
     return np.maximum(width, LEAST_SHIFT * np.abs(p).max(axis=1, initial=1e-3)).astype(np.float32)
 
 

@@ -17,9 +17,10 @@ from ..lights.mesh import place_on
 from ..lights.sample import sample_light
 from ..sampling.mis import power_heuristic
 from ..sampling.rng import uniform
+from ..shading.trail import bounced, no_trails
 from ..vec import add, dot, length, load3, max3, scale, store3, sub
 from .eye_kernels import add3
-from .lobes import NARROW, keep_lobes
+from .lobes import NARROW, keep_lobes, rough_kind
 from .media import after_surface, no_bits
 
 DIRECT_DIMENSION = 4096  # random numbers of direct light and gathering come after those of the eye path
@@ -54,6 +55,7 @@ class SecondPaths(NamedTuple):
     pixel: np.ndarray  # (n,) i32
     bare: np.ndarray  # (n,) bool, only straight passes so far: what it meets is direct light
     inside: np.ndarray  # (n,) i64, as in ShadowRays
+    trail: np.ndarray  # (n,) i64, as in EyePaths
 
 
 def empty_shadow_rays(n: int, media: bool = False) -> ShadowRays:
@@ -70,8 +72,8 @@ def empty_shadow_rays(n: int, media: bool = False) -> ShadowRays:
     )
 
 
-def empty_second_paths(n: int, media: bool = False) -> SecondPaths:
-    """Room for n secondary paths; media: where something absorbs."""
+def empty_second_paths(n: int, media: bool = False, trails: bool = False) -> SecondPaths:
+    """Room for n secondary paths; media: where something absorbs; trails: where a material asks."""
     f3 = [np.empty((n, 3), np.float32) for _ in range(4)]
     return SecondPaths(
         *f3,
@@ -82,6 +84,7 @@ def empty_second_paths(n: int, media: bool = False) -> SecondPaths:
         np.empty(n, np.int32),
         np.ones(n, bool),
         no_bits(n, media),
+        no_trails(n, trails),
     )
 
 
@@ -254,5 +257,8 @@ def sample_lobes(laws, surfaces, points, gathers, lobes, paths):
         if len(paths.inside):
             prim = surfaces.prim[i]
             paths.inside[count] = after_surface(laws.media, points.inside[m], prim, dot(ng, wo), dot(ng, wi))
+        if len(paths.trail):
+            kind = rough_kind(rows.kind[row], scratch)
+            paths.trail[count] = bounced(points.trail[m], kind, dot(ng, wo) * dot(ng, wi) > 0.0)
         count += 1
     return count

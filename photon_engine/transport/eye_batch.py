@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..shading.trail import no_trails
 from .media import no_bits
 
 
@@ -24,6 +25,7 @@ class EyePaths(NamedTuple):
     splits: np.ndarray  # (n,) u8, at how many more forks the path goes every way
     unguided: np.ndarray  # (n,) bool, nothing rough met yet: what is seen next guides the denoiser
     inside: np.ndarray  # (n,) i64, bits of the absorbing media it is in; (0,) in a scene without
+    trail: np.ndarray  # (n,) i64, what shading/trail.py keeps; (0,) where no material asks
     sky: np.ndarray  # (n, 3) f32, exact radiance of a varying world where this leg escapes; (0, 3): the lights tell it
 
 
@@ -37,6 +39,7 @@ class VisiblePoints(NamedTuple):
     pixel: np.ndarray  # (m,) i32
     footprint: np.ndarray  # (m,) f32, radius of a pixel on the surface [m]
     inside: np.ndarray  # (m,) i64, as in EyePaths, on the side that is seen
+    trail: np.ndarray  # (m,) i64, as in EyePaths
 
 
 class Tile(NamedTuple):
@@ -67,13 +70,13 @@ class EyeRules(NamedTuple):
     eye: np.ndarray  # (3,) f64, the camera's position, recentred [m]
 
 
-def empty_paths(n: int, media: bool = False) -> EyePaths:
-    """Room for n eye paths; media: where something absorbs."""
+def empty_paths(n: int, media: bool = False, trails: bool = False) -> EyePaths:
+    """Room for n eye paths from the camera; media: where something absorbs; trails: where a material asks."""
     f3 = [np.empty((n, 3), np.float32) for _ in range(3)]
     f1 = [np.empty(n, np.float32) for _ in range(3)]
     key, pixel = np.empty(n, np.uint64), np.empty(n, np.int32)
     flags = (np.empty(n, bool), np.empty(n, np.uint8), np.empty(n, bool))
-    return EyePaths(*f3, key, pixel, *f1, *flags, no_bits(n, media), no_sky())
+    return EyePaths(*f3, key, pixel, *f1, *flags, no_bits(n, media), no_trails(n, trails), no_sky())
 
 
 def no_sky() -> np.ndarray:
@@ -93,8 +96,8 @@ def empty_tile(n: int, guides: bool) -> Tile:
     )
 
 
-def empty_points(n: int, media: bool = False) -> VisiblePoints:
-    """Room for n visible points; media: where something absorbs."""
+def empty_points(n: int, media: bool = False, trails: bool = False) -> VisiblePoints:
+    """Room for n visible points; media: where something absorbs; trails: where a material asks."""
     return VisiblePoints(
         np.empty(n, np.int32),
         np.empty((n, 3), np.float32),
@@ -103,4 +106,5 @@ def empty_points(n: int, media: bool = False) -> VisiblePoints:
         np.empty(n, np.int32),
         np.empty(n, np.float32),
         no_bits(n, media),
+        no_trails(n, trails),
     )

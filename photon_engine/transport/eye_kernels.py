@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-from ..bsdf.layout import CLASS_NULL, CLASS_ROUGH, CLASS_SHARP, HOLDOUT, NONE, TRANSPARENT
+from ..bsdf.layering import IDEAL
+from ..bsdf.layout import CLASS_NULL, CLASS_ROUGH, CLASS_SHARP, HOLDOUT, NONE, ROUGHNESS, TRANSPARENT
 from ..bsdf.split import is_fork, sample_side, sides, straight_through
 from ..bsdf.surface import emission, prepare, sample
 from ..camera.rays import generate_ray
@@ -13,6 +14,7 @@ from ..geometry.surface import offset_origin, surface_point
 from ..jit import kernel
 from ..lights.sample import lamps_along_ray, suns_along_ray, world_radiance
 from ..sampling.rng import DIMENSIONS_PER_BOUNCE, path_key, uniform
+from ..shading.trail import GLOSSY, SINGULAR, bounced, passed
 from ..vec import add, dot, load3, luminance, madd, max3, mul, scale, store3
 from .media import after_surface
 from .photon_kernels import choose_class
@@ -146,7 +148,7 @@ def eye_step(laws, rules, lights, surfaces, paths, bounce, onward, points, tile)
         frame = (p, ns, ng, scale(load3(paths.d, i), -1.0))
         if paths.bare[i] and not rules.visible[geometry.instance[prim]]:
             beta, wi = load3(paths.beta, i), load3(paths.d, i)
-            _go_on(laws, surfaces, paths, i, frame, (CLASS_NULL, wi, 1.0, beta, False), onward, alive)
+            _go_on(laws, surfaces, paths, i, frame, (CLASS_NULL, wi, 1.0, beta, False, False), onward, alive)
             alive += 1
             continue
         weights = _look(laws, rules, surfaces, paths, i, frame, tile)
@@ -175,7 +177,7 @@ def _take_one(laws, rules, surfaces, paths, i, bounce, frame, weights, onward, a
         _end(points, ended, surfaces, paths, i, frame, scale(beta, 1.0 / p_class))
         return alive, ended + 1
     u = (u0, uniform(key, dim + 1), uniform(key, dim + 2))
-    ok, wi, weight, _, eta = sample(
+    ok, wi, weight, pdf_w, eta = sample(
         surfaces.rows, surfaces.row[i], ns, ng, wo, cls, surfaces.scratch, u, 0, laws.threshold
     )
     if not ok:
@@ -188,7 +190,7 @@ def _take_one(laws, rules, surfaces, paths, i, bounce, frame, weights, onward, a
         if uniform(key, dim + 3) >= survival:
             return alive, ended
         out = scale(out, 1.0 / survival)
-    _go_on(laws, surfaces, paths, i, frame, (cls, wi, eta, out, weights[2] > 0.0), onward, alive)
+    _go_on(laws, surfaces, paths, i, frame, (cls, wi, eta, out, weights[2] > 0.0, pdf_w == 0.0), onward, alive)
     return alive + 1, ended
 
 
@@ -220,7 +222,8 @@ def _take_all(laws, surfaces, paths, i, bounce, frame, weights, onward, alive, p
             s = kept(max3(out), fresh, dim) if ok else 0.0
             if s > 0.0:
                 cls = CLASS_NULL if kind == TRANSPARENT else CLASS_SHARP
-                way = (cls, wi, eta, scale(out, s), weights[2] > 0.0)
+                smooth = rows.params[row, k, ROUGHNESS] < IDEAL
+                way = (cls, wi, eta, scale(out, s), weights[2] > 0.0, smooth)
                 _go_on(laws, surfaces, paths, i, frame, way, onward, alive)
                 onward.key[alive] = fresh
                 onward.splits[alive] = paths.splits[i] - 1
@@ -299,6 +302,8 @@ def _end(points, m, surfaces, paths, i, frame, beta):
     points.footprint[m] = _width(surfaces, paths, i) * stretch
     if len(points.inside):
         points.inside[m] = paths.inside[i]
+    if len(points.trail):
+        points.trail[m] = paths.trail[i]
 
 
 @kernel
@@ -312,10 +317,11 @@ def _go_on(laws, surfaces, paths, i, frame, way, onward, to):
     """Write path `to` of those that go on: path i after its hit.
 
     frame : (p, ns, ng, wo);  way : class of the lobe, direction, index beyond over index here, throughput before
-    the index, whether the hit has rough lobes (they guide the denoiser, and what a sharp one shows no more).
+    the index, whether the hit has rough lobes (they guide the denoiser, and what a sharp one shows no more), whether
+    the lobe is perfectly smooth.
     """
     p, _, ng, wo = frame
-    cls, wi, eta, beta, guided = way
+    cls, wi, eta, beta, guided, smooth = way
     # no wider than the scene: along dozens of reflections in curved glass footprints grow without end
     width = min(_width(surfaces, paths, i), laws.reach)
     spread = float(paths.spread[i])
@@ -333,6 +339,11 @@ def _go_on(laws, surfaces, paths, i, frame, way, onward, to):
     if len(paths.inside):
         inside = after_surface(laws.media, paths.inside[i], surfaces.prim[i], dot(ng, wo), dot(ng, wi))
         onward.inside[to] = inside
+    if len(paths.trail):
+        kind = GLOSSY | SINGULAR if smooth else GLOSSY
+        reflected = dot(ng, wo) * dot(ng, wi) > 0.0
+        straight = cls == CLASS_NULL
+        onward.trail[to] = passed(paths.trail[i]) if straight else bounced(paths.trail[i], kind, reflected)
     store3(onward.o, to, offset_origin(p, ng, wi, laws.reach))
     store3(onward.d, to, wi)
     # refraction scales radiance by 1 / eta^2 [Veach 1997, 5.2]

@@ -78,7 +78,7 @@ def _render_tile(scene: RenderScene, run: EyeRun, maps: Maps, picture: Tile, can
     """One run of pixels."""
     tile = Tile(*(field[first : first + PIXELS_AT_ONCE] for field in picture))
     n = len(tile.alpha)
-    paths = empty_paths(n, scene.absorbs)
+    paths = empty_paths(n, scene.absorbs, scene.trails)
     paths.inside[:] = scene.camera_inside
     camera_rays(scene.camera, run.key, region_of(scene.frame), first, run.splits, paths)
     paths.unguided[:] = scene.plan.guides.runs
@@ -88,13 +88,13 @@ def _render_tile(scene: RenderScene, run: EyeRun, maps: Maps, picture: Tile, can
         if cancelled():
             break
         with run.clock("eye"):
-            surfaces = scene.surfaces(paths.o, paths.d, paths.t_max, is_camera=bounce == 0)
+            surfaces = scene.surfaces(paths.o, paths.d, paths.t_max, trail=paths.trail)
             rays += len(paths.key)
             if scene.absorbs:
                 scene.absorb(paths.inside, surfaces, paths.beta)
-            points = empty_points(len(paths.key), scene.absorbs)
-            paths = paths._replace(sky=scene.sky_seen(surfaces, paths.d, bounce == 0))
-            onward = empty_paths(room_for(scene, paths.splits), scene.absorbs)
+            points = empty_points(len(paths.key), scene.absorbs, scene.trails)
+            paths = paths._replace(sky=scene.sky_seen(surfaces, paths.d, paths.trail))
+            onward = empty_paths(room_for(scene, paths.splits), scene.absorbs, scene.trails)
             n, ended = eye_step(
                 scene.laws, scene.rules, scene.seen_lights, surfaces, paths, bounce, onward, points, tile
             )
@@ -168,7 +168,7 @@ def _second_rays(
     scene: RenderScene, run: EyeRun, maps: Maps, surfaces: Surfaces, points: VisiblePoints, tile: Tile, landing: int
 ) -> int:
     """One ray from the lobes of every visible point: direct light by MIS, diffuse light by final gather."""
-    paths = empty_second_paths(len(points.hit), scene.absorbs)
+    paths = empty_second_paths(len(points.hit), scene.absorbs, scene.trails)
     gathers = 2 if run.gather_all else 1 if run.gather_narrow else 0
     count = sample_lobes(scene.laws, surfaces, points, gathers, NARROW if landing else ALL, paths)
     paths = head(paths, count)
@@ -176,12 +176,12 @@ def _second_rays(
     for bounce in range(run.max_bounces):
         if len(paths.key) == 0:
             break
-        there = scene.surfaces(paths.o, paths.d)
+        there = scene.surfaces(paths.o, paths.d, trail=paths.trail)
         traced += len(paths.key)
         if scene.absorbs:
             scene.absorb(paths.inside, there, paths.beta)
             scene.absorb(paths.inside, there, paths.gather)
-        landings = empty_points(len(paths.key), scene.absorbs)
+        landings = empty_points(len(paths.key), scene.absorbs, scene.trails)
         count, landed = second_step(
             scene.laws, scene.lights, there, paths, bounce, max(run.light_samples, 1), landings, tile.direct
         )
@@ -205,7 +205,7 @@ def _light_landings(
                 )
     if not lit:
         return 0
-    points = empty_points(len(landings.hit), scene.absorbs)
+    points = empty_points(len(landings.hit), scene.absorbs, scene.trails)
     count = narrow_points(surfaces, landings, landing, points)
     if not count:
         return 0

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from ..bsdf.layout import CLASS_ROUGH, GLASS, NARROW_ROUGHNESS, NONE, REFLECT, REFRACT, ROUGHNESS
+from ..bsdf.layout import CLASS_ROUGH, GLASS, NARROW_ROUGHNESS, NONE, REFLECT, REFRACT, ROUGHNESS, TOON_GLOSSY
 from ..jit import kernel
+from ..shading.trail import DIFFUSE, GLOSSY
 
 ALL, WIDE, NARROW = 0, 1, 2  # of the rough lobes
 
@@ -49,3 +50,19 @@ def has_narrow(rows, row):
         if is_narrow(rows, row, k):
             return True
     return False
+
+
+@kernel
+def rough_kind(kinds, scratch):
+    """DIFFUSE or GLOSSY of shading/trail.py: which of a prepared row's rough lobes weigh more; kinds (K,) i32."""
+    matte, facets = 0.0, 0.0
+    for k in range(len(kinds)):
+        if kinds[k] == NONE:  # beyond it scratch holds another hit's lobes
+            break
+        if scratch[k, 4] != CLASS_ROUGH:
+            continue
+        if REFLECT <= kinds[k] <= REFRACT or kinds[k] == TOON_GLOSSY:
+            facets += scratch[k, 3]
+        else:
+            matte += scratch[k, 3]
+    return DIFFUSE if matte >= facets else GLOSSY

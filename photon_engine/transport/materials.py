@@ -61,7 +61,8 @@ class MaterialTable:
         return np.array(answers, bool) & self.used
 
     def shade(self, hits: Hits, d: np.ndarray, **path) -> tuple[LobeRows, np.ndarray]:
-        """Rows of lobes and the row of each hit; d : (n, 3) f32 ray directions; path: flags of ShadePoints."""
+        """Rows of lobes and the row of each hit; d : (n, 3) f32 ray directions; path: fields of ShadePoints, arrays for
+        all hits or empty."""
         material = np.empty(len(hits.prim), np.int32)
         look_up(self.flat.geometry.material, hits.prim, material)
         if not self.varying:
@@ -75,7 +76,9 @@ class MaterialTable:
         row = material.copy()
         start = len(self.fixed.kind)
         for m, index in picked:
-            rows = self.rows_at(m, Hits(*(field[index] for field in hits)), -d[index], **path)
+            mine = {name: value[index] for name, value in path.items() if isinstance(value, np.ndarray) and len(value)}
+            mine |= {name: value for name, value in path.items() if not isinstance(value, np.ndarray)}
+            rows = self.rows_at(m, Hits(*(field[index] for field in hits)), -d[index], **mine)
             kinds.append(rows.kind)
             params.append(rows.params)
             row[index] = np.arange(start, start + len(index), dtype=np.int32)
@@ -98,6 +101,7 @@ class MaterialTable:
             instance=self.flat.geometry.instance[hits.prim],
             objects=self.objects,
             parametric=np.stack([hits.u, hits.v], axis=1),
+            ray_length=hits.t,
             **path,
         )
         fill_attributes(points, program.needs, self.scene, self.flat, hits)

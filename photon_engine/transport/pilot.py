@@ -74,7 +74,7 @@ def _visible_points(scene: RenderScene, settings: Settings) -> tuple[np.ndarray,
     frame = scene.frame
     pixels = (frame.x1 - frame.x0) * (frame.y1 - frame.y0)
     count = min(pixels, PILOT_PIXELS)
-    paths = empty_paths(count, scene.absorbs)
+    paths = empty_paths(count, scene.absorbs, scene.trails)
     paths.inside[:] = scene.camera_inside
     tile = empty_tile(count, False)
     positions, footprints = [np.zeros((0, 3), np.float32)], [np.zeros(0, np.float32)]
@@ -84,9 +84,9 @@ def _visible_points(scene: RenderScene, settings: Settings) -> tuple[np.ndarray,
     camera_rays(scene.camera, key, region_of(frame, stride), 0, 0, paths)
     paths.unguided[:] = False
     for bounce in range(settings.max_bounces):
-        surfaces = scene.surfaces(paths.o, paths.d, paths.t_max, is_camera=bounce == 0)
-        points = empty_points(len(paths.key), scene.absorbs)
-        onward = empty_paths(len(paths.key), scene.absorbs)
+        surfaces = scene.surfaces(paths.o, paths.d, paths.t_max, trail=paths.trail)
+        points = empty_points(len(paths.key), scene.absorbs, scene.trails)
+        onward = empty_paths(len(paths.key), scene.absorbs, scene.trails)
         n, ended = eye_step(scene.laws, scene.rules, scene.seen_lights, surfaces, paths, bounce, onward, points, tile)
         if ended:
             hit = points.hit[:ended]

@@ -68,8 +68,10 @@ class RenderScene:
             issues,
             None if self.sky is None else self.sky.map,
         )
+        programs = [*self.materials.programs, *([] if self.sky is None else [self.sky.program])]
+        self.trails = any("trail" in program.needs for program in programs)
         self.camera = build_camera(scene.camera, scene.frame, self.flat.origin)
-        self.plan = make_plan(scene, settings, outputs, facts if len(self.lights.kind) else facts.unlit())
+        self.plan = make_plan(scene, settings, outputs, facts if len(self.lights.kind) else facts.unlit(self.trails))
         self.seen_lights = self.lights if self.plan.sees_lights else without_lights(self.lights)
         forks = bool(self.materials.has_sharp.any() or facts.see_through)
         self.most_ways = max(2 * self.materials.slots, 2) if forks else 1  # that can lead on from one hit
@@ -102,14 +104,14 @@ class RenderScene:
         scratch = np.empty((rows.kind.shape[1], 8))
         return Surfaces(self.flat.geometry, rows, row, hits.prim, hits.u, hits.v, hits.t, scratch)
 
-    def sky_seen(self, surfaces: Surfaces, d: np.ndarray, is_camera: bool) -> np.ndarray:
+    def sky_seen(self, surfaces: Surfaces, d: np.ndarray, trail: np.ndarray) -> np.ndarray:
         """Exact radiance (n, 3) f32 of a varying world where rays along d escape; (0, 3): the lights' table says it."""
         if self.sky is None or not self.plan.sees_lights:
             return np.zeros((0, 3), np.float32)
         out = np.zeros((len(d), 3), np.float32)
         free = np.flatnonzero(surfaces.prim < 0)
         if len(free):
-            out[free] = self.sky.radiance_at(d[free], is_camera)
+            out[free] = self.sky.radiance_at(d[free], trail[free] if len(trail) else None)
         return out
 
     def absorb(self, inside: np.ndarray, surfaces: Surfaces | None, colors: np.ndarray, t_max=np.inf) -> np.ndarray:

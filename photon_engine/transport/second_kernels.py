@@ -13,6 +13,7 @@ from ..jit import kernel
 from ..lights.sample import emitter_pdf_w, lamps_along_ray, suns_along_ray, world_pdf_w, world_radiance
 from ..sampling.mis import power_heuristic
 from ..sampling.rng import DIMENSIONS_PER_BOUNCE, path_key, uniform
+from ..shading.trail import GLOSSY, SINGULAR, bounced, passed
 from ..vec import add, dot, length, load3, max3, mul, scale, store3, sub
 from .direct_kernels import SECOND_DIMENSION
 from .eye_kernels import add3, kept
@@ -93,10 +94,15 @@ def second_step(laws, lights, surfaces, paths, bounce, samples, landings, direct
             landed += 1
             continue
         u = (u0, uniform(key, dim + 1), uniform(key, dim + 2))
-        ok, wi, weight, _, eta = sample(rows, row, ns, ng, wo, cls, scratch, u, 0, laws.threshold)
+        ok, wi, weight, pdf_w, eta = sample(rows, row, ns, ng, wo, cls, scratch, u, 0, laws.threshold)
         if ok and _pass_on(paths, alive, i, scale(weight, 1.0 / (p_class * eta * eta)), cls == CLASS_NULL):
             if len(paths.inside):
                 paths.inside[alive] = after_surface(laws.media, paths.inside[i], prim, dot(ng, wo), dot(ng, wi))
+            if len(paths.trail):
+                kind = GLOSSY | SINGULAR if pdf_w == 0.0 else GLOSSY
+                reflected = dot(ng, wo) * dot(ng, wi) > 0.0
+                straight = cls == CLASS_NULL
+                paths.trail[alive] = passed(paths.trail[i]) if straight else bounced(paths.trail[i], kind, reflected)
             store3(paths.o, alive, offset_origin(p, ng, wi, laws.reach))
             store3(paths.d, alive, wi)
             alive += 1
@@ -128,6 +134,8 @@ def narrow_points(surfaces, landings, generation, points):
         points.footprint[count] = landings.footprint[m]
         if len(landings.inside):
             points.inside[count] = landings.inside[m]
+        if len(landings.trail):
+            points.trail[count] = landings.trail[m]
         count += 1
     return count
 
@@ -143,6 +151,8 @@ def _land(landings, m, paths, i, wo, p_class):
     landings.footprint[m] = np.float32(1e30)
     if len(landings.inside):
         landings.inside[m] = paths.inside[i]
+    if len(landings.trail):
+        landings.trail[m] = paths.trail[i]
 
 
 @kernel

@@ -1,9 +1,10 @@
-"""Nodes that read the surface: coordinates, normals, Fresnel, Layer Weight, Light Path, Object Info."""
+"""Nodes that read the surface: coordinates, normals, Fresnel, Layer Weight, Normal Map."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from ...geometry.pointiness import NAME as POINTINESS
 from ..registry import f32, node
 from .coordinates import columns
 from .normals import contiguous, tangent_rows
@@ -144,7 +145,8 @@ def uv_map(x, props, points):
     return {"UV": pad(points.uvs[props.get("uv_map", "")])}
 
 
-GEOMETRY_NEEDS = {"Parametric": {"parametric"}, "Random Per Island": {"island"}, "Tangent": {"generated", "objects"}}
+GEOMETRY_NEEDS = {"Parametric": {"parametric"}, "Random Per Island": {"island"}, "Tangent": {"generated", "objects"},
+                  "Pointiness": {f"attribute:{POINTINESS}"}}
 
 
 @node("ShaderNodeNewGeometry", varies=True,
@@ -167,6 +169,8 @@ def geometry(x, props, points):
         out["Parametric"] = np.stack([ONE - u - v, u, np.zeros_like(u)])
     if "Random Per Island" in used:
         out["Random Per Island"] = points.island_random
+    if "Pointiness" in used:
+        out["Pointiness"] = points.attributes[POINTINESS][:, -1]
     if "Tangent" in used:  # radial about the object's z axis
         x, y, z = points.generated.T - f32(0.5)
         radial = to_world(points, np.stack([-y, x, np.zeros_like(z)]))
@@ -175,18 +179,29 @@ def geometry(x, props, points):
     return out
 
 
-LIGHT_PATH_FLAGS = {"Is Camera Ray": "is_camera", "Is Shadow Ray": "is_shadow"}
+def wireframe_needs(item, used):
+    """The triangle; and how wide a pixel is, for sizes in pixels."""
+    return {"corners", "bump"} if item.props.get("use_pixel_size") else {"corners"}
 
 
-@node("ShaderNodeLightPath", varies=True)
-def light_path(x, props, points):
-    """What kind of ray looks: the eye, a photon (0 everywhere) or a shadow ray; unknown outputs are 0."""
-    n = len(points)
-    out = {name: np.zeros(n, f32) for name in props["used"]}
-    for name, flag in LIGHT_PATH_FLAGS.items():
-        if name in out and getattr(points, flag):
-            out[name] = np.ones(n, f32)
-    return out
+@node("ShaderNodeWireframe", varies=True, needs=wireframe_needs)
+def wireframe(x, props, points):
+    """1 within half the size of an edge of the triangle."""
+    width = x["Size"] * f32(0.5)
+    if points.corners is None or (props.get("use_pixel_size") and points.around is None):  # of vertices, or the world
+        return {"Fac": np.zeros(len(points), f32)}
+    if props.get("use_pixel_size"):
+        across = [columns(d) for d in points.around.dp]
+        wo = columns(points.wo)
+        seen = [d - dot(d, wo) * wo for d in across]
+        width = width * f32(0.5) * (np.sqrt(dot(seen[0], seen[0])) + np.sqrt(dot(seen[1], seen[1])))
+    near = np.zeros(len(points), bool)
+    corners = [columns(points.corners[:, k]) for k in range(3)]
+    for k in range(3):
+        edge = corners[k] - corners[k - 1]
+        area = cross(edge, corners[k])
+        near |= dot(area, area) < dot(edge, edge) * width * width
+    return {"Fac": near.astype(f32)}
 
 
 def normal_map_needs(item, used):
