@@ -12,7 +12,6 @@ from ..film.error import MOST_MEASURED
 from ..film.halves import Halves
 from ..film.passes import ALL_NAMES, ERROR_MAPS
 from ..issues import IssueLog, RenderError, StopReason
-from ..plan import every_variance
 from ..scene.data import SceneData
 from ..settings import Settings
 from .checks import check_scene
@@ -76,6 +75,8 @@ class Session:
     def new_film(self) -> Film:
         """An empty film of this scene and these settings; with each pixel's variance if a map of it is asked for."""
         frame = self.scene.frame
+        from ..plan import every_variance  # here: it loads numba, and Blender only enables the extension
+
         most = None if every_variance(self.settings, self.outputs) else MOST_MEASURED
         film = Film(frame.y1 - frame.y0, frame.x1 - frame.x0, self.settings.seed, frame.exposure, most)
         picture_settings = {k: v for k, v in self.settings.to_dict().items() if k not in NOT_PICTURE}

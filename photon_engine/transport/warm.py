@@ -22,17 +22,23 @@ def warm_up() -> None:
 
 
 def warm_scene() -> SceneData:
-    """A glass and a matte square under a lamp and a sky, with smooth normals and a texture; 8 x 8 pixels."""
+    """A glass between two glossy squares under a lamp and a sky, with smooth normals and a texture; 8 x 8 pixels."""
     square = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], np.float32)
     triangles = np.array([[0, 1, 2], [0, 2, 3]], np.int32)
     normals = np.tile(np.float32([0.0, 0.6, 0.8]), (2, 3, 1))
     mesh = Mesh("Square", square, triangles, normals, None, uvs={"UV": np.zeros((2, 3, 2), np.float32)}, active_uv="UV")
-    above, lamp, eye = np.eye(4), np.eye(4), np.eye(4)
-    above[2, 3], lamp[2, 3], eye[2, 3] = 1.0, 3.0, 4.0
+    above, lamp, eye, ground, ceiling = (np.eye(4) for _ in range(5))
+    above[2, 3], lamp[2, 3], eye[2, 3], ceiling[2, 3] = 1.0, 3.0, 4.0, 5.0
+    ground[:3, :3] *= 9.0  # so that rays from one large square do land on the other
+    ceiling[:3, :3] *= 9.0
     return SceneData(
         name="Warm",
         meshes=[mesh],
-        instances=[Instance(0, np.eye(4), [0], "Ground"), Instance(0, above, [1], "Pane")],
+        instances=[
+            Instance(0, ground, [0], "Ground"),
+            Instance(0, above, [1], "Pane"),
+            Instance(0, ceiling, [0], "Ceiling"),
+        ],
         materials=[Material("Glossy", _glossy()), Material("Glass", _glass())],
         lights=[Light("Lamp", "AREA", lamp, (10.0, 10.0, 10.0))],
         world=World(color=(0.1, 0.1, 0.1)),
