@@ -14,6 +14,7 @@ from ..issues import IssueLog
 from ..scene.data import Instance, Mesh, SceneData
 from .flatten import Flattened, flatten
 from .intersect import Intersector
+from .touching import spread_touching
 
 
 class Placed(NamedTuple):
@@ -30,17 +31,21 @@ class Kept:
     def __init__(self) -> None:
         self.flattened = 0  # how often triangles were made
         self.built = 0  # how often a tree was built
-        self._inputs: tuple[int, list[Placed]] | None = None
+        self._inputs: tuple[int, list[Placed], frozenset[int]] | None = None
         self._issues = IssueLog()
         self._flat: Flattened | None = None
         self._intersector: Intersector | None = None
 
-    def flatten(self, scene: SceneData, issues: IssueLog) -> Flattened:
-        """As geometry.flatten; the last result when the same goes in. Issues are told again."""
-        inputs = len(scene.materials), [_placed(scene, item) for item in scene.instances]
+    def flatten(self, scene: SceneData, issues: IssueLog, refracting: frozenset[int] = frozenset()) -> Flattened:
+        """As geometry.flatten; the last result when the same goes in. Issues are told again.
+
+        refracting : indices of the materials that may refract; their bodies are kept apart: see geometry/touching.py
+        """
+        inputs = len(scene.materials), [_placed(scene, item) for item in scene.instances], refracting
         if self._flat is None or not _same_inputs(inputs, self._inputs):
             self._issues = IssueLog()
             flat = flatten(scene, self._issues)
+            flat = spread_touching(flat, np.isin(flat.geometry.material, list(refracting)))
             if self._flat is None or not _same_triangles(flat, self._flat):
                 self._intersector = None
             self._flat = flat
@@ -62,9 +67,9 @@ def _placed(scene: SceneData, item: Instance) -> Placed:
     return Placed(scene.meshes[item.mesh], item.matrix, tuple(item.materials))
 
 
-def _same_inputs(new: tuple[int, list[Placed]], old: tuple[int, list[Placed]] | None) -> bool:
+def _same_inputs(new: tuple, old: tuple | None) -> bool:
     """Whether flatten would give the same."""
-    if old is None or new[0] != old[0] or len(new[1]) != len(old[1]):
+    if old is None or new[0] != old[0] or new[2] != old[2] or len(new[1]) != len(old[1]):
         return False
     compared: set[tuple[int, int]] = set()  # meshes of many instances are compared once
     for a, b in zip(new[1], old[1], strict=True):

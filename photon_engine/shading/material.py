@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..issues import IssueLog
-from ..scene.data import Graph, Image, Material
+from ..scene.data import Graph, Image, Material, SceneData
 from .absorption import absorption_of, with_surface
 from .program import Program, compile_graph
 from .relief import displacement_normal
@@ -29,3 +29,19 @@ def offset_program(material: Material, images: list[Image], issues: IssueLog) ->
     if material.displacement == "BUMP" or graph.displacement is None or graph.displacement.node < 0:
         return None
     return compile_graph(Graph(graph.nodes, graph.displacement), material.name, images, issues, "VECTOR")
+
+
+def refracting_materials(scene: SceneData) -> frozenset[int]:
+    """Indices of the materials that may refract, by their nodes: a material too many does no harm."""
+    return frozenset(i for i, material in enumerate(scene.materials) if may_refract(material.graph))
+
+
+def may_refract(graph: Graph) -> bool:
+    """Whether a graph has a node that refracts; a Principled BSDF does where its transmission is not 0."""
+    for node in graph.nodes:
+        if node.type in ("ShaderNodeBsdfGlass", "ShaderNodeBsdfRefraction"):
+            return True
+        weight = node.inputs.get("Transmission Weight")
+        if node.type == "ShaderNodeBsdfPrincipled" and weight is not None and (weight.node >= 0 or weight.value):
+            return True
+    return False

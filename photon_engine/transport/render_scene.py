@@ -20,6 +20,7 @@ from ..plan import make_plan
 from ..scene.data import SceneData
 from ..scene.repair import with_finite_images
 from ..settings import Settings
+from ..shading.material import refracting_materials
 from ..survey import survey
 from .displace import displaced
 from .emission import find_emitters
@@ -48,7 +49,7 @@ class RenderScene:
         scene = with_finite_images(scene, issues)
         self.frame = scene.frame
         scene = displaced(scene, issues)
-        self.flat = kept.flatten(scene, issues)
+        self.flat = kept.flatten(scene, issues, refracting_materials(scene))
         stage("Building the ray tree")
         self.intersector = kept.intersector()
         stage("Compiling materials")
