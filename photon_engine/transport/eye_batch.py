@@ -20,7 +20,7 @@ class EyePaths(NamedTuple):
     pixel: np.ndarray  # (n,) i32, index into the tile
     width: np.ndarray  # (n,) f32, radius of half a pixel's footprint at o [m]
     spread: np.ndarray  # (n,) f32, its growth per metre
-    t_max: np.ndarray  # (n,) f32, far clipping along the ray [m]
+    t_max: np.ndarray  # (n,) f32, far clipping along the ray until something bends it [m]
     bare: np.ndarray  # (n,) bool, only straight passes so far
     splits: np.ndarray  # (n,) u8, at how many more forks the path goes every way
     unguided: np.ndarray  # (n,) bool, nothing rough met yet: what is seen next guides the denoiser

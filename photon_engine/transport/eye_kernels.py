@@ -22,6 +22,7 @@ from .photon_kernels import choose_class
 LEAST_SHARE = 1.0 / 32.0  # of a pixel: a way that carries less is worth its rays only now and then
 WIDEST = 1e3  # growth of a footprint per metre; a ray that spreads so sees all
 NO_DEPTH = 0.9 * BACKGROUND_DEPTH
+UNCLIPPED = 1e30  # [m]
 
 
 @kernel
@@ -330,7 +331,8 @@ def _go_on(laws, surfaces, paths, i, frame, way, onward, to):
         spread += (2.0 if eta == 1.0 else abs(1.0 - 1.0 / eta)) * width * turn
     onward.width[to] = width
     onward.spread[to] = min(spread, WIDEST)
-    onward.t_max[to] = paths.t_max[i] - surfaces.t[i]
+    # the camera's far clipping is of what it sees straight, not of what is mirrored
+    onward.t_max[to] = paths.t_max[i] - surfaces.t[i] if cls == CLASS_NULL else UNCLIPPED
     onward.key[to] = paths.key[i]
     onward.pixel[to] = paths.pixel[i]
     onward.bare[to] = paths.bare[i] and cls == CLASS_NULL

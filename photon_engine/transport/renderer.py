@@ -28,11 +28,13 @@ from .clock import Clock
 from .eye_batch import empty_tile
 from .eye_pass import EyeRun, Maps, render_tiles
 from .gather_kernels import Radius
+from .photon_kernels import DROPPED, EMITTED
 from .photon_pass import run_for, trace_photons
 from .photon_rules import CAUSTIC, DIFFUSE, GLOBAL
 from .pilot import Pilot, run_pilot
 from .render_scene import RenderScene
 
+MOST_DROPPED = 0.01  # of the light of photons: what is cut off beyond that is reported
 MOST_CELLS = 4.0  # a query reads up to (2 x 4 + 1)^2 rows; a plane that runs to the horizon asked for millions
 PASS_NAMES = (
     "Direct", "Caustic", "Diffuse", "Emission", "Environment", "Alpha", "Depth", "Normal", "Albedo", "CausticBias",
@@ -57,6 +59,7 @@ class Renderer:
         self.settings = settings = settings.resolved()
         self.issues = issues
         self.statistics: dict = {"seconds": {}, "photons": {}, "rays": {}, "flux": {}, "map_bytes": 0, "radii": {}}
+        self._capped: set[str] = set()  # maps whose photons were reported to reach the cap of bounces
         self._compiled = compile_seconds()
         self._pool = ThreadPoolExecutor(settings.threads or os.cpu_count() or 1, thread_name_prefix="photon-map")
 
@@ -170,7 +173,20 @@ class Renderer:
         self.statistics["photons"][name] = self.statistics["photons"].get(name, 0) + len(deposits.wi)
         flux = self.statistics["flux"].setdefault(name, np.zeros((4, 3)))
         flux += tally
+        self._report_cap(name, tally)
         return deposits
+
+    def _report_cap(self, name: str, tally: np.ndarray) -> None:
+        """Say, once for each map, when the photons of a pass were still carrying light at the last bounce."""
+        emitted, dropped = tally[EMITTED].sum(), tally[DROPPED].sum()
+        if dropped > MOST_DROPPED * emitted and name not in self._capped:
+            self._capped.add(name)
+            self.issues.warn(
+                self.data.name,
+                f"{dropped / emitted:.1%} of the light of {name} photons was still under way after "
+                f"{self.settings.max_bounces} bounces and is missing",
+                "raise Bounces",
+            )
 
     def _build(self, deposits: Deposits, radius: Radius) -> PhotonMap | None:
         """A map whose cells suit queries of this radius; None without photons."""
