@@ -137,10 +137,11 @@ def make_plan(
     maps = _maps(rule, facts, settings)
     gathers = _gathers(rule, facts, settings, maps["diffuse_map"])
     direct = _direct(rule, facts)
-    shadows = [(not direct, "no direct light"), (not facts.see_through, "every surface stops light")]
     gathering = bool(gathers["gather_all"] or gathers["gather_narrow"])
+    unlit = not direct and not gathering
+    shadows = [(unlit, "no direct light"), (not facts.see_through, "every surface stops light")]
     met = [
-        (not direct and not gathering, "neither direct light nor a final gather"),
+        (unlit, "neither direct light nor a final gather"),
         (not facts.can_be_hit and not gathering, "no ray can meet a light: all are points or parallel beams"),
     ]
     why = "they gather diffuse light" if gathering else f"they may meet {names(facts.can_be_hit)}"
@@ -183,10 +184,13 @@ def _maps(rule: Rule, facts: Survey, settings: Settings) -> dict[str, Decision]:
     """Photon maps."""
     dark = (not facts.lit, NO_LIGHT)
     empty = (not facts.surfaces, "no surface")
+    unasked, why = rule.unasked("Caustic")
+    behind = settings.final_gather != "OFF" and facts.narrow and not rule.unasked("Diffuse")[0]
     caustic = rule.decide(
         f"{names(facts.sharp)} may focus light on {names(facts.rough)}",
         [dark, empty, (settings.caustic_photons == 0, "Caustic Photons is 0")],
-        [rule.unasked("Caustic"), (not facts.sharp, "no specular surface"), (not facts.rough, NO_ROUGH)],
+        # what narrow lobes reflect of it at a final gather's landings is diffuse light
+        [(unasked and not behind, why), (not facts.sharp, "no specular surface"), (not facts.rough, NO_ROUGH)],
     )
     diffuse = rule.decide(
         f"light goes on between {names(facts.rough)}",

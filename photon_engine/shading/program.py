@@ -13,6 +13,7 @@ import numpy as np
 
 from ..bsdf import layout
 from ..bsdf.layout import Lobe
+from ..bsdf.microfacet import DELTA_ALPHA, NEARLY_ONE
 from ..issues import IssueLog
 from ..scene.data import Graph, Image, Node, Socket
 from . import nodes  # noqa: F401  (fills the registry)
@@ -21,7 +22,8 @@ from .points import ShadePoints, probe_points
 from .registry import REGISTRY, SCALARS, NodeKind, constant, convert, zero
 from .relief import SHIFT, expand_bumps
 
-SHARP_KINDS = {layout.REFLECT, layout.GLASS, layout.REFRACT}
+BENDING_KINDS = {layout.GLASS, layout.REFRACT}
+SHARP_KINDS = {layout.REFLECT, *BENDING_KINDS}
 ODD_KINDS = {layout.SHEEN, layout.VELVET, layout.TOON, layout.TOON_GLOSSY}
 ROUGH_KINDS = {layout.DIFFUSE, layout.TRANSLUCENT, *ODD_KINDS, *SHARP_KINDS}
 
@@ -91,9 +93,9 @@ class Program:
         if self.surface is None:
             return []
         if self.relief is None or points is None:
-            return self.run(points)
+            return straightened(self.run(points))
         normal = points.facing(np.asarray(self.relief.run(points), np.float32).T)
-        return with_normal(self.run(replace(points, ns=normal)), normal)
+        return with_normal(straightened(self.run(replace(points, ns=normal))), normal)
 
     def run(self, points: ShadePoints | None):
         """The value of the surface socket."""
@@ -133,7 +135,8 @@ class Program:
     def may_be_narrow(self, threshold: float) -> bool:
         """Whether some rough lobe may reflect or refract too narrowly for a photon map."""
         return any(
-            lobe.kind in SHARP_KINDS and may_be_rough(lobe, threshold) and may_be_sharp(lobe, layout.NARROW_ROUGHNESS)
+            may_be_rough(lobe, threshold)
+            and (lobe.kind in BENDING_KINDS or may_be_sharp(lobe, layout.NARROW_ROUGHNESS))
             for lobe in self._probe
             if may_be_nonzero(lobe.weight)
         )
@@ -162,9 +165,11 @@ def _roughness(lobe: Lobe) -> np.ndarray:
 
 
 def may_be_sharp(lobe: Lobe, threshold: float) -> bool:
-    """Whether a microfacet lobe may be below the threshold."""
+    """Whether a microfacet lobe may be below the threshold; one whose index varies may bend nothing somewhere."""
+    if lobe.kind in BENDING_KINDS and len(lobe.fields[layout.IOR]) > 1:
+        return True
     roughness = _roughness(lobe)
-    return lobe.kind in SHARP_KINDS and (len(roughness) > 1 or bool(roughness[0] < threshold or roughness[0] == 0.0))
+    return lobe.kind in SHARP_KINDS and (len(roughness) > 1 or bool(roughness[0] < threshold or is_ideal(roughness[0])))
 
 
 def may_be_rough(lobe: Lobe, threshold: float) -> bool:
@@ -172,7 +177,12 @@ def may_be_rough(lobe: Lobe, threshold: float) -> bool:
     if lobe.kind not in SHARP_KINDS:
         return lobe.kind in ROUGH_KINDS
     roughness = _roughness(lobe)
-    return len(roughness) > 1 or bool(roughness[0] >= threshold and roughness[0] > 0.0)
+    return len(roughness) > 1 or bool(roughness[0] >= threshold and not is_ideal(roughness[0]))
+
+
+def is_ideal(roughness: np.float32) -> bool:
+    """Whether a roughness is none at all for the kernels (bsdf/glass.py), whatever the threshold."""
+    return float(roughness) ** 2 <= DELTA_ALPHA
 
 
 def with_normal(lobes: list[Lobe], normal: np.ndarray) -> list[Lobe]:
@@ -239,7 +249,29 @@ def _probe(program: Program) -> list[Lobe]:
             values[index] = call.run(values, points)
         else:
             values[index] = {name: _generic(kind) for name, kind in call.node.output_kinds.items()}
-    return [] if program.surface is None else fetch(program.surface, values)
+    return [] if program.surface is None else straightened(fetch(program.surface, values))
+
+
+def straightened(lobes: list[Lobe]) -> list[Lobe]:
+    """The lobes, those of an index that bends nothing as what they are: transparent.
+
+    They reflect nothing either, so shadow rays and photons pass them straight.
+    """
+    return [as_transparent(lobe) if bends_nothing(lobe) else lobe for lobe in lobes]
+
+
+def bends_nothing(lobe: Lobe) -> bool:
+    """Whether a lobe refracts by an index that is 1 wherever it is."""
+    if lobe.kind not in BENDING_KINDS:
+        return False
+    index = np.asarray(lobe.fields[layout.IOR], np.float32)
+    return len(index) == 1 and abs(float(index[0]) - 1.0) < NEARLY_ONE
+
+
+def as_transparent(lobe: Lobe) -> Lobe:
+    """A TRANSPARENT lobe with the colour that a refracting one passes, in the same layer."""
+    kept = {layout.GROUP: lobe.fields[layout.GROUP]} if layout.GROUP in lobe.fields else {}
+    return Lobe(layout.TRANSPARENT, lobe.weight * np.asarray(lobe.fields.get(layout.COLOR_B, 1.0)), kept)
 
 
 def _generic(kind: str) -> np.ndarray:

@@ -154,7 +154,11 @@ def _note_emitter(lights, rays, i, m, p):
 
 @kernel
 def _start(laws, surfaces, i, point, wo, wi, distance):
-    """The shadow ray from hit i to light along wi: (o, d, distance), lifted at the terminator of smooth meshes."""
+    """The shadow ray from hit i to light along wi: (o, d, distance), lifted at the terminator of smooth meshes.
+
+    It starts on the side that its lobe is lit from by the shading normal: where that leans beyond the horizon of the
+    facet, the facet itself hides the light, or lamps would shine through closed smooth walls.
+    """
     p, ng, ns = point
     prim = surfaces.prim[i]
     cutoff = float(laws.terminator[surfaces.geometry.instance[prim]])
@@ -166,7 +170,8 @@ def _start(laws, surfaces, i, point, wo, wi, distance):
         to_light = sub(scale(wi, distance), up)
         distance = length(to_light)
         wi = scale(to_light, 1.0 / distance)
-    return offset_origin(o, ng, wi, laws.reach), wi, distance
+    lit = math.copysign(1.0, dot(ns, wi) * dot(ns, ng))
+    return offset_origin(o, ng, scale(ng, lit), laws.reach), wi, distance
 
 
 @kernel

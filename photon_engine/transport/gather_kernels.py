@@ -134,6 +134,7 @@ def flux_on_plane(p, n, own, photons, r):
 def estimate(rows, row, frame, instance, scratch, photons, r):
     """Radiance (rgb) from photons within r of a prepared surface point (p, ns, ng, wo), and its bias."""
     p, ns, ng, wo = frame
+    side = 1.0 if dot(wo, ng) >= 0.0 else -1.0
     cell = photons.cell
     x0, x1 = cell_index(p[0] - r, cell), cell_index(p[0] + r, cell)
     check = photons.clash or r > cell
@@ -155,6 +156,9 @@ def estimate(rows, row, frame, instance, scratch, photons, r):
                     if abs(c) < SAME_SURFACE or touches(photons.normal[j], body(c > 0.0, instance)):
                         continue
                     wi = unpack_direction(photons.wi[j])
+                    # from behind a wall whose normals lean beyond its horizon
+                    if c * side < 0.0 and dot(ns, wi) * side >= 0.0:
+                        continue
                     f, _ = eval_rough(rows, row, ns, ng, wo, wi, scratch)
                     x2 = d2 / r2
                     w = (1.0 - x2) * shading_ratio(dot(ns, wi), dot(facet, wi))

@@ -11,11 +11,11 @@ ALL, WIDE, NARROW = 0, 1, 2  # of the rough lobes
 
 @kernel
 def is_narrow(rows, row, k):
-    """Whether lobe k of a row is a narrow microfacet lobe."""
+    """Whether lobe k of a row is a narrow microfacet lobe; refraction always is, it turns less than facets do."""
     kind = rows.kind[row, k]
-    if kind != REFLECT and kind != GLASS and kind != REFRACT:
-        return False
-    return rows.params[row, k, ROUGHNESS] < NARROW_ROUGHNESS
+    if kind == GLASS or kind == REFRACT:
+        return True
+    return kind == REFLECT and rows.params[row, k, ROUGHNESS] < NARROW_ROUGHNESS
 
 
 @kernel
