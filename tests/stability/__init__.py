@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import importlib
 
-MODULES = ("space", "lamps", "views", "shapes", "pictures")
+MODULES = (
+    "space", "lamps", "views", "shapes", "pictures", "chains", "indices", "roughness", "grazing", "stiff",
+)  # fmt: skip
 
 
 def load_cases():

@@ -27,6 +27,7 @@ class Shot(NamedTuple):
     passes: dict[str, np.ndarray]  # name -> (n, h, w, 3) f64, pass by pass; the light passes and Combined
     issues: list[str]
     seconds: float  # of the processor, without preparation
+    flux: dict[str, np.ndarray]  # of photon runs: (4, 3) W emitted, absorbed, escaped, dropped, summed over passes
 
     def mean(self, name: str = "Combined") -> np.ndarray:
         """The picture (h, w, 3) f64."""
@@ -95,7 +96,8 @@ def shoot(scene, passes: int = 4, **settings) -> Shot:
         seconds = time.process_time() - start
     finally:
         renderer.close()
-    return Shot(film, {name: np.array(a) for name, a in kept.items()}, [str(issue) for issue in issues], seconds)
+    return Shot(film, {name: np.array(a) for name, a in kept.items()}, [str(issue) for issue in issues], seconds,
+                renderer.statistics["flux"])  # fmt: skip
 
 
 def same_randoms(one: Shot, two: Shot, factor: float = 1.0, allowed: float = 0.01) -> Finding:
@@ -119,6 +121,32 @@ def within(value: float, expected: float, tolerance: float, seconds: float, what
     """A number against a law."""
     off = abs(value / expected - 1.0) if expected else abs(value)
     return Finding(off <= tolerance, f"{what} {value:.5g}, expected {expected:.5g} within {tolerance:.1%}", seconds)
+
+
+def level(shot: Shot, expected: float, allowed: float, name: str = "Combined", most_noise: float = 0.02) -> Finding:
+    """A picture that should be of one value everywhere: every block within the allowance and four standard errors.
+
+    most_noise : standard error of a block, relative, beyond which the case says nothing and fails
+    """
+    means, errors = shot.blocks(name)
+    gap = np.abs(means / expected - 1.0)
+    noise = float(errors.max() / expected)
+    good = bool((gap <= allowed + 4.0 * errors / expected).all()) and noise <= most_noise
+    mean = float(means.mean())
+    text = f"mean {mean:.5g} of {expected:.5g}, largest block off by {gap.max():.1e}, noise {noise:.1e}"
+    return Finding(good, text, shot.seconds)
+
+
+def average(shot: Shot, name: str, expected: float, allowed: float, most_noise: float = 0.03) -> Finding:
+    """The mean of a pass of the picture against a law, within the allowance and four standard errors.
+
+    most_noise : standard error, relative, beyond which the case says nothing and fails
+    """
+    means = shot.passes[name].mean(axis=(1, 2, 3))
+    value, noise = float(means.mean()), float(means.std(ddof=1) / np.sqrt(len(means)) / expected)
+    good = abs(value / expected - 1.0) <= allowed + 4.0 * noise and noise <= most_noise
+    text = f"{value:.5g}, expected {expected:.5g}: off by {value / expected - 1.0:+.1%}, noise {noise:.1%}"
+    return Finding(good, text, shot.seconds)
 
 
 def told(shot: Shot, *words: str) -> bool:

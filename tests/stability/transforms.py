@@ -69,3 +69,9 @@ def lit_floor(*lights, size: int = 16, half_width: float = 0.05, albedo: float =
     eye = np.add(at, (0.2, 0.0, 0.15))
     view = s.camera(eye, at, half_width, kind="ORTHO")
     return s.build([(floor, s.diffuse(albedo))], lights, view, picture=s.frame(size))
+
+
+def furnace(parts, size: int = 16, half_width: float = 0.2, **changes):
+    """Objects of about 1 m around the origin in a world of radiance 1, seen at a slant from 3.6 m."""
+    view = s.camera((1.7, -3.0, 1.2), (0.0, 0.0, 0.0), half_width, **changes)
+    return s.build(parts, (), view, (1.0, 1.0, 1.0), s.frame(size))
