@@ -52,6 +52,7 @@ LABELS = {
     "diffuse_map": "Diffuse map",
     "gather_all": "Final gather everywhere",
     "gather_narrow": "Final gather on glossy surfaces",
+    "edges": "Walls and rims near by",
     "emission": "Emission",
     "environment": "Environment",
     "media": "Absorbing insides",
@@ -75,6 +76,7 @@ class Plan:
     diffuse_map: Decision
     gather_all: Decision
     gather_narrow: Decision
+    edges: Decision
     emission: Decision
     environment: Decision
     media: Decision
@@ -153,6 +155,7 @@ def make_plan(
         see_through=rule.decide(f"light passes {names(facts.see_through)}", [(not facts.lit, NO_LIGHT)], shadows),
         **maps,
         **gathers,
+        edges=_edges(rule, maps),
         **_seen(rule, facts),
         media=_media(facts),
         lens=_lens(scene),
@@ -221,6 +224,12 @@ def _gathers(rule: Rule, facts: Survey, settings: Settings, diffuse: Decision) -
         "gather_all": rule.decide("Final Gather is All", [(mode != "ALL", other), none]),
         "gather_narrow": narrow,
     }
+
+
+def _edges(rule: Rule, maps: dict[str, Decision]) -> Decision:
+    """Rays that look how far the surface goes on around visible points: nobody asks without a map."""
+    light = [name.removesuffix("_map") for name, choice in maps.items() if choice]
+    return rule.decide(f"{' and '.join(light)} photons are counted on the surface only", [(not light, "no photon map")])
 
 
 def _seen(rule: Rule, facts: Survey) -> dict[str, Decision]:

@@ -65,6 +65,31 @@ def test_furnace(picture, albedo):
     check(got.value(LIGHT), 0.7 / (1 - albedo), 0.005)
 
 
+@pytest.mark.parametrize("gather", ["GLOSSY", "ALL"])
+def test_furnace_is_even_in_corners_and_around_things(gather):
+    """The same radiance at every pixel, by the default radii: no dark line where walls meet or things stand or end.
+
+    Without regard to edges the means are 3.7% and 5.1% low, and 7% of the pixels off by more than noise and 6%; they
+    are 0.5% and 0.0% low, with 1.2% and none off: small things lose some light while the radius is as large as they.
+    """
+    albedo = 0.5
+    wall = s.mixed(s.diffuse(albedo), s.emitter(0.7), add=True)
+    things = [
+        s.box((-1, -1, -1), (1, 1, 1), inward=True),
+        s.box((-0.5, 0.3, -1), (0.1, 0.7, -0.5)),  # on the floor
+        s.quad((0.6, 0.2, -0.6), (0.25, 0.1, 0), (0, 0.25, 0.05)),  # a free sheet
+        s.sphere((-0.7, -0.05, -0.8), 0.2),
+        s.box((-0.9, 0.85, -1.2), (-0.6, 0.9, 0.5)),  # a slab through the floor, thinner than the radius, near a wall
+    ]
+    view = s.camera((0.3, -0.9, 0.6), (-0.1, 0.9, -0.75), 0.8)
+    scene = s.build([(thing, wall) for thing in things], (), view, picture=s.frame(32))
+    got, _ = engine(scene, 16, light_samples=1, final_gather=gather, diffuse_photons=30_000)
+    diffuse = got["Diffuse"].mean(axis=3) / (albedo**2 * 0.7 / (1 - albedo))
+    mean, error = diffuse.mean(axis=0), diffuse.std(axis=0, ddof=1) / 4.0
+    off = abs(mean - 1.0) > 0.06 + 3.0 * error
+    assert abs(mean.mean() - 1.0) < 0.01 and off.mean() < 0.02
+
+
 # ---- form factors
 
 

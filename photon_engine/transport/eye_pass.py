@@ -11,6 +11,8 @@ import numpy as np
 
 from ..photons.batch import head
 from ..photons.map import PhotonMap
+from .clearing import find_clearings
+from .clipping import no_clearings
 from .clock import Clock
 from .direct_kernels import (
     add_unoccluded,
@@ -23,7 +25,7 @@ from .direct_kernels import (
 from .emission import multiply_radiance
 from .eye_batch import Tile, VisiblePoints, empty_paths, empty_points
 from .eye_kernels import camera_rays, eye_step
-from .gather_kernels import Radius, gather
+from .gather_kernels import Lookup, Radius, gather
 from .lobes import ALL, NARROW, WIDE
 from .photon_kernels import Surfaces
 from .render_scene import BACKGROUND_DEPTH, RenderScene
@@ -31,6 +33,7 @@ from .second_kernels import narrow_points, second_step
 
 PIXELS_AT_ONCE = 8192
 MOST_LIT = 2  # landings in a row that are lit by rays; what enters and leaves rough glass meets two an object
+LANDING_CLEARING = 2.0  # width of clearings where rays of a final gather land, in gather radii
 
 
 class Maps(NamedTuple):
@@ -53,7 +56,8 @@ class EyeRun(NamedTuple):
     lobe_rays: bool  # whether rays from the lobes can meet a light or gather
     gather_all: bool  # final gather at every visible point
     gather_narrow: bool  # final gather for narrow lobes
-    clock: Clock  # told where the time goes: eye, direct, gather
+    around: float  # how many footprints around visible points walls and rims are looked for; 0: they are not
+    clock: Clock  # told where the time goes: eye, direct, edges, gather
 
 
 def render_tiles(
@@ -118,20 +122,32 @@ def _light_points(
     with run.clock("direct"):
         for j in range(run.light_samples):
             rays += _shadow_rays(scene, run, surfaces, points, j, tile, lobes)
+    direct_only = run.gather_all or landing > 0
+    clearings = no_clearings()
+    if maps.caustic is not None or (maps.diffuse is not None and not direct_only):
+        most = LANDING_CLEARING * maps.caustic_radius.bound if landing else scene.flat.radius
+        with run.clock("edges"):
+            clearings, more = _clearings(scene, run, surfaces, points, most)
+            rays += more
     with run.clock("gather"):
         if maps.caustic is not None:
-            gather(
-                scene.laws, surfaces, points, maps.caustic, maps.caustic_radius, lobes, tile.caustic, tile.caustic_bias
-            )
-        if maps.diffuse is not None and not run.gather_all and not landing:
+            lookup = Lookup(maps.caustic, maps.caustic_radius, clearings)
+            gather(scene.laws, surfaces, points, lookup, lobes, tile.caustic, tile.caustic_bias)
+        if maps.diffuse is not None and not direct_only:
+            lookup = Lookup(maps.diffuse, maps.diffuse_radius, clearings)
             wide = WIDE if run.gather_narrow else ALL
-            gather(
-                scene.laws, surfaces, points, maps.diffuse, maps.diffuse_radius, wide, tile.diffuse, tile.diffuse_bias
-            )
+            gather(scene.laws, surfaces, points, lookup, wide, tile.diffuse, tile.diffuse_bias)
     if run.lobe_rays:
         with run.clock("direct"):
             rays += _second_rays(scene, run, maps, surfaces, points, tile, landing)
     return rays
+
+
+def _clearings(scene: RenderScene, run: EyeRun, surfaces: Surfaces, points: VisiblePoints, most: float):
+    """Clearings around visible points, at most so wide [m], and how many rays they took."""
+    if run.around <= 0.0:
+        return no_clearings(), 0
+    return find_clearings(scene.intersector, surfaces, points, run.around, most)
 
 
 def _shadow_rays(
@@ -197,18 +213,19 @@ def _light_landings(
     """Diffuse light from where a final gather's legs end: photons for wide lobes, rays for narrow ones."""
     lit = landing <= MOST_LIT
     lobes = WIDE if lit else ALL
+    with run.clock("edges"):
+        clearings, rays = _clearings(scene, run, surfaces, landings, LANDING_CLEARING * maps.diffuse_radius.bound)
     with run.clock("gather"):
         for photons in (maps.first, maps.diffuse):
             if photons is not None:
-                gather(
-                    scene.laws, surfaces, landings, photons, maps.diffuse_radius, lobes, tile.diffuse, tile.diffuse_bias
-                )
+                lookup = Lookup(photons, maps.diffuse_radius, clearings)
+                gather(scene.laws, surfaces, landings, lookup, lobes, tile.diffuse, tile.diffuse_bias)
     if not lit:
-        return 0
+        return rays
     points = empty_points(len(landings.hit), scene.absorbs, scene.trails)
     count = narrow_points(surfaces, landings, landing, points)
     if not count:
-        return 0
+        return rays
     run = run._replace(light_samples=1)
     diffuse = tile._replace(direct=tile.diffuse, caustic=tile.diffuse, caustic_bias=tile.diffuse_bias)
-    return _light_points(scene, run, maps, surfaces, head(points, count), diffuse, landing)
+    return rays + _light_points(scene, run, maps, surfaces, head(points, count), diffuse, landing)

@@ -10,13 +10,15 @@ from ..bsdf.layering import is_lambert
 from ..bsdf.surface import eval_rough, prepare
 from ..geometry.surface import surface_point
 from ..jit import inlined, kernel
-from ..photons.map import cell_index, row_hash
+from ..photons.map import PhotonMap, cell_index, row_hash
 from ..photons.packing import body, touches, unpack_direction, unpack_facet
 from ..vec import dot, load3, mul, normalize, scale
+from .clearing_kernels import SAME_SURFACE
+from .clipping import LEAST_SHARE, Clearings, beyond, free_shares, lines_near
 from .eye_kernels import add3
 from .lobes import keep_lobes
 
-SAME_SURFACE = 0.5  # cosine between normals beyond which a photon lies on another face
+MOST_RISE = 0.25 + 1e-3  # squared sine of 30 degrees, and rounding
 
 
 class Radius(NamedTuple):
@@ -26,8 +28,16 @@ class Radius(NamedTuple):
     bound: float  # at most [m]
 
 
+class Lookup(NamedTuple):
+    """Where a batch of visible points finds its photons."""
+
+    photons: PhotonMap
+    radius: Radius
+    clearings: Clearings  # which of them count
+
+
 @kernel
-def gather(laws, surfaces, points, photons, radius, lobes, picture, bias):
+def gather(laws, surfaces, points, lookup, lobes, picture, bias):
     """Add reflected radiance at visible points to the picture (n, 3), and what its radius smears to bias (n, 3).
 
         L(p, wo) = sum_j f(p, wo, wi_j) phi_j K(d_j / r) / (pi r^2),  K(x) = 2 (1 - x^2)
@@ -40,11 +50,14 @@ def gather(laws, surfaces, points, photons, radius, lobes, picture, bias):
 
         K_4(x) = 2 (1 - x^2) (3 - 6 x^2),  E[K - K_4] = r^2 / 12 laplace(L) + O(r^4)  [Wand and Jones 1995, 2.8]
 
-    Its mean over passes estimates the bias of the picture's mean whatever the radii were.
+    Its mean over passes estimates the bias of the picture's mean whatever the radii were. Where a wall or a rim cuts
+    the disc, both kernels are divided by their integrals over what is left of it, and photons beyond are left out: see
+    clipping. Across a straight edge the bias is then O(r) with the gradient, and its estimate 0.57 of it.
     lobes : which rough ones, lobes.ALL, WIDE or NARROW.
     """
     rows, geometry = surfaces.rows, surfaces.geometry
     scratch = surfaces.scratch
+    photons, radius, clearings = lookup.photons, lookup.radius, lookup.clearings
     for m in range(len(points.hit)):
         i = points.hit[m]
         r = min(radius.pixels * float(points.footprint[m]), radius.bound)
@@ -56,17 +69,31 @@ def gather(laws, surfaces, points, photons, radius, lobes, picture, bias):
         instance = geometry.instance[surfaces.prim[i]]
         if is_lambert(rows, row) and geometry.normal_row[surfaces.prim[i]] < 0:
             lit = ng if dot(wo, ng) >= 0.0 else scale(ng, -1.0)
-            flux, smear = flux_on_plane(p, lit, body(dot(wo, ng) >= 0.0, instance), photons, r)
+            own = body(dot(wo, ng) >= 0.0, instance)
+            flux, smear = flux_on_plane(p, lit, own, photons, r, cut_at(clearings, m, p, ng, r))
             albedo = scale(load3(rows.params[row], 0), 1.0 / math.pi)
             total, smear = mul(albedo, flux), mul(albedo, smear)
         else:
             prepare(rows, row, ns, ng, wo, laws.threshold, scratch)
             if not keep_lobes(rows, row, scratch, lobes):
                 continue
-            total, smear = estimate(rows, row, (p, ns, ng, wo), instance, scratch, photons, r)
+            cut = cut_at(clearings, m, p, ng, r)
+            total, smear = estimate(rows, row, (p, ns, ng, wo), instance, scratch, photons, r, cut)
         beta = load3(points.beta, m)
         add3(picture, points.pixel[m], mul(beta, total))
         add3(bias, points.pixel[m], mul(beta, smear))
+
+
+@kernel
+def cut_at(clearings, m, p, n, r):
+    """What cuts visible point m's disc: (lines, how many, parts of K and of K_4 that they leave)."""
+    count = lines_near(clearings, m, p, r)
+    if count == 0:
+        return clearings.work, 0, 1.0, 1.0
+    share, share4 = free_shares(clearings.work, count, n, r)
+    if share < LEAST_SHARE:
+        return clearings.work, 0, 1.0, 1.0
+    return clearings.work, count, share, share4
 
 
 @inlined
@@ -87,20 +114,37 @@ def in_row(q, cell, iy, iz, x0, x1):
 
 
 @inlined
-def with_bias(total, moment, r2):
-    """The estimate with K, and its difference to that with K_4; from sums of (1 - x^2) phi and x^2 (1 - x^2) phi."""
+def is_stacked(n, facet, offset, d2):
+    """Whether a facet lies above or below the point's own surface, not on what continues it.
+
+    Along an arc, and along a crease of up to 60 degrees seen from its edge, the chord is at most 30 degrees off being
+    perpendicular to the sum of the normals (unit vectors).
+    """
+    x, y, z = n[0] + facet[0], n[1] + facet[1], n[2] + facet[2]
+    rise = x * offset[0] + y * offset[1] + z * offset[2]
+    return rise * rise > MOST_RISE * d2 * (x * x + y * y + z * z)
+
+
+@inlined
+def with_bias(total, moment, r2, share, share4):
+    """The estimate with K, and its difference to that with K_4; from sums of (1 - x^2) phi and x^2 (1 - x^2) phi.
+
+    share, share4 : integrals of K and K_4 over the part of the disc that photons may fall on.
+    """
     s = 2.0 / (math.pi * r2)
-    estimated = scale(total, s)
-    smear = (6.0 * moment[0] - 2.0 * total[0], 6.0 * moment[1] - 2.0 * total[1], 6.0 * moment[2] - 2.0 * total[2])
-    return estimated, scale(smear, s)
+    estimated = scale(total, s / share)
+    near, far = s / share - 3.0 * s / share4, 6.0 * s / share4
+    smear = (near * total[0] + far * moment[0], near * total[1] + far * moment[1], near * total[2] + far * moment[2])
+    return estimated, smear
 
 
 @kernel
-def flux_on_plane(p, n, own, photons, r):
+def flux_on_plane(p, n, own, photons, r, cut):
     """Flux per area (rgb) on the side n of the plane through p, and its bias: `estimate` of Lambert of albedo pi.
 
-    own : packing.body of that side.
+    own : packing.body of that side;  cut : see `cut_at`.
     """
+    lines, count, share, share4 = cut
     cell = photons.cell
     x0, x1 = cell_index(p[0] - r, cell), cell_index(p[0] + r, cell)
     check = photons.clash or r > cell
@@ -117,9 +161,14 @@ def flux_on_plane(p, n, own, photons, r):
                     d2 = dx * dx + dy * dy + dz * dz
                     if d2 >= r2 or (check and not in_row(q, cell, iy, iz, x0, x1)):
                         continue
+                    if count and beyond(lines, count, dx, dy, dz):
+                        continue
                     facet = unpack_facet(photons.normal[j])
                     c = dot(facet, n)
-                    if c <= 0.0 or c * c < SAME_SURFACE * SAME_SURFACE * dot(facet, facet):
+                    size2 = dot(facet, facet)
+                    if c <= 0.0 or c * c < SAME_SURFACE * SAME_SURFACE * size2:
+                        continue
+                    if is_stacked(n, scale(facet, 1.0 / math.sqrt(size2)), (dx, dy, dz), d2):
                         continue
                     if touches(photons.normal[j], own):
                         continue
@@ -127,14 +176,15 @@ def flux_on_plane(p, n, own, photons, r):
                     flux = scale(load3(photons.flux, j), 1.0 - x2)
                     red, green, blue = red + flux[0], green + flux[1], blue + flux[2]
                     red2, green2, blue2 = red2 + x2 * flux[0], green2 + x2 * flux[1], blue2 + x2 * flux[2]
-    return with_bias((red, green, blue), (red2, green2, blue2), r2)
+    return with_bias((red, green, blue), (red2, green2, blue2), r2, share, share4)
 
 
 @kernel
-def estimate(rows, row, frame, instance, scratch, photons, r):
+def estimate(rows, row, frame, instance, scratch, photons, r, cut):
     """Radiance (rgb) from photons within r of a prepared surface point (p, ns, ng, wo), and its bias."""
     p, ns, ng, wo = frame
     side = 1.0 if dot(wo, ng) >= 0.0 else -1.0
+    lines, count, share, share4 = cut
     cell = photons.cell
     x0, x1 = cell_index(p[0] - r, cell), cell_index(p[0] + r, cell)
     check = photons.clash or r > cell
@@ -151,9 +201,13 @@ def estimate(rows, row, frame, instance, scratch, photons, r):
                     d2 = dx * dx + dy * dy + dz * dz
                     if d2 >= r2 or (check and not in_row(q, cell, iy, iz, x0, x1)):
                         continue
+                    if count and beyond(lines, count, dx, dy, dz):
+                        continue
                     facet = normalize(unpack_facet(photons.normal[j]))
                     c = dot(facet, ng)
                     if abs(c) < SAME_SURFACE or touches(photons.normal[j], body(c > 0.0, instance)):
+                        continue
+                    if is_stacked(ng, scale(facet, math.copysign(1.0, c)), (dx, dy, dz), d2):
                         continue
                     wi = unpack_direction(photons.wi[j])
                     # from behind a wall whose normals lean beyond its horizon
@@ -165,4 +219,4 @@ def estimate(rows, row, frame, instance, scratch, photons, r):
                     flux = mul(scale(f, w), load3(photons.flux, j))
                     red, green, blue = red + flux[0], green + flux[1], blue + flux[2]
                     red2, green2, blue2 = red2 + x2 * flux[0], green2 + x2 * flux[1], blue2 + x2 * flux[2]
-    return with_bias((red, green, blue), (red2, green2, blue2), r2)
+    return with_bias((red, green, blue), (red2, green2, blue2), r2, share, share4)

@@ -35,6 +35,9 @@ from .pilot import Pilot, run_pilot
 from .render_scene import RenderScene
 
 MOST_DROPPED = 0.01  # of the light of photons: what is cut off beyond that is reported
+# how far around visible points walls and rims are looked for: so many gather radii, for several points to share a look
+LOOK_AROUND = 2.0
+LEAST_AROUND = 8.0  # [px] at least; objects of less than half of this are overlooked
 MOST_CELLS = 4.0  # a query reads up to (2 x 4 + 1)^2 rows; a plane that runs to the horizon asked for millions
 PASS_NAMES = (
     "Direct", "Caustic", "Diffuse", "Emission", "Environment", "Alpha", "Depth", "Normal", "Albedo", "CausticBias",
@@ -89,7 +92,7 @@ class Renderer:
         frame = self.data.frame
         height, width = frame.y1 - frame.y0, frame.x1 - frame.x0
         picture = empty_tile(height * width, self.plan.guides.runs)
-        run = self._eye_run(i)
+        run = self._eye_run(i, caustic_radius, diffuse_radius)
         rays = render_tiles(self.scene, self._pool, run, maps, picture, cancelled)
         for name, seconds in run.clock.split(time.perf_counter() - start).items():
             self._add(name, seconds)
@@ -111,9 +114,10 @@ class Renderer:
         """What is done and left out; known once the scene is prepared."""
         return self.scene.plan
 
-    def _eye_run(self, i: int) -> EyeRun:
+    def _eye_run(self, i: int, caustic_radius: Radius, diffuse_radius: Radius) -> EyeRun:
         """What the eye pass of pass i does."""
         plan = self.plan
+        around = max(LOOK_AROUND * max(caustic_radius.pixels, diffuse_radius.pixels), LEAST_AROUND)
         return EyeRun(
             make_key(self.settings.seed, i, STREAM_EYE),
             self.settings.max_bounces,
@@ -122,6 +126,7 @@ class Renderer:
             plan.lobe_rays.runs,
             plan.gather_all.runs,
             plan.gather_narrow.runs,
+            around if plan.edges else 0.0,
             Clock(),
         )
 

