@@ -4,7 +4,7 @@ import pytest
 from ...bsdf import layout
 from ...issues import IssueLog
 from ...scene.data import Graph, Image, Material, Node, Socket
-from ..material import compile_material
+from ..material import compile_material, may_refract
 from ..points import ShadePoints, probe_points
 from ..program import constant_background
 from ..registry import LUMINANCE, convert
@@ -279,3 +279,37 @@ def test_volume_without_surface_is_clear():
     program = compile_material(Material("Air", graph), [], b.issues)
     np.testing.assert_allclose(program.absorption, [2.4, 1.5, 0.0], rtol=1e-6)
     assert [lobe.kind for lobe in program.lobes()] == [layout.TRANSPARENT]
+
+
+def one_shader(kind, **inputs):
+    """A material of one node with these numbers for inputs."""
+    sockets = {name: Socket(value, kind="VALUE") for name, value in inputs.items()}
+    sockets["Color"] = Socket([0.9, 0.8, 0.7, 1.0], kind="RGBA")
+    node = Node(f"ShaderNode{kind}", kind, {"distribution": "GGX"}, sockets, {"BSDF": "SHADER"})
+    return Material(kind, Graph([node], Socket(None, 0, "BSDF", "SHADER")))
+
+
+@pytest.mark.parametrize("kind", ["BsdfGlass", "BsdfRefraction"])
+@pytest.mark.parametrize("roughness", [0.0, 0.5])
+def test_glass_that_bends_nothing_is_transparent(kind, roughness):
+    program = compile_material(one_shader(kind, Roughness=roughness, IOR=1.00005), [], IssueLog())
+    (lobe,) = program.lobes()
+    assert lobe.kind == layout.TRANSPARENT and program.has_null and not program.has_sharp(0.1)
+    np.testing.assert_allclose(lobe.weight, [[0.9, 0.8, 0.7]], rtol=1e-6)
+    bent = compile_material(one_shader(kind, Roughness=roughness, IOR=1.001), [], IssueLog())
+    assert bent.lobes()[0].kind != layout.TRANSPARENT and not bent.has_null
+
+
+def test_smooth_lobes_are_sharp_at_any_threshold():
+    """As for the kernels, which give a roughness up to 0.01 no width: the plan must know of both ways through glass."""
+    for roughness, sharp in ((0.0, True), (0.005, True), (0.01, True), (0.011, False)):
+        program = compile_material(one_shader("BsdfGlass", Roughness=roughness, IOR=1.5), [], IssueLog())
+        assert program.has_sharp(0.0) == sharp and program.may_be_rough(0.0) != sharp
+        assert program.may_be_narrow(0.0) != sharp
+
+
+def test_may_refract():
+    assert may_refract(one_shader("BsdfGlass").graph) and not may_refract(one_shader("BsdfDiffuse").graph)
+    for weight, answer in ((0.0, False), (0.3, True)):
+        graph = one_shader("BsdfPrincipled", **{"Transmission Weight": weight}).graph
+        assert may_refract(graph) == answer
