@@ -261,8 +261,6 @@ def _lamp(light: Light, origin: np.ndarray, issues: IssueLog) -> _Row | None:
         strength = np.maximum(strength, 0.0)
     if not np.any(strength):
         return None
-    if not light.cast_shadow:
-        issues.warn(light.name, "Cast Shadow off holds for direct light only: its photons stop at surfaces")
     flags = (SHADOW if light.cast_shadow else 0) | (CAMERA if light.visible_camera else 0)
     row = _Row(KINDS[light.kind], strength, flags)
     row.position = matrix[:3, 3] - origin

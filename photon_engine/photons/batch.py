@@ -15,7 +15,8 @@ class Photons(NamedTuple):
     phi: np.ndarray  # (n, 3) f32, flux [W]
     key: np.ndarray  # (n,) u64, random numbers of this path
     seen: np.ndarray  # (n,) u8, history: SEEN_SHARP, and the number of vertices D times ONE_ROUGH
-    dark: np.ndarray  # (n,) f32, a surface nearer than this takes the photon without being lit (soft lamps) [m]
+    dark: np.ndarray  # (n,) f32, a surface nearer than this takes the photon without being lit (soft lamps) [m];
+    # below 0: limits on the photon of a lamp without shadows, see transport/photon_rules.py
     inside: np.ndarray  # (n,) i64, bits of the absorbing media it is in; (0,) in a scene without
 
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..bsdf.layering import is_ideal, is_lambert
-from ..bsdf.layout import CLASS_ROUGH, CLASS_SHARP, LobeRows
+from ..bsdf.layout import CLASS_NULL, CLASS_ROUGH, CLASS_SHARP, LobeRows
 from ..bsdf.surface import prepare_any, sample_any
 from ..geometry.flatten import Geometry
 from ..geometry.surface import offset_origin, surface_point
@@ -23,7 +23,7 @@ from ..vec import dot, load3, madd, mul, scale, store3, sub
 from .ideal_kernels import bend, launch_ideal, load_ideal, turn_normals
 from .matte_kernels import LANES, Lanes, deposit_lanes, encode, launch_lanes, load_lanes, place, scatter
 from .media import Media, after_surface
-from .photon_rules import CAUSTIC, after_rough, roulette, stores
+from .photon_rules import CAUSTIC, FIRST, STRAIGHT, THROUGH, after_rough, roulette, stores
 
 # rows of the energy tally
 EMITTED, ABSORBED, ESCAPED, DROPPED = 0, 1, 2, 3
@@ -163,7 +163,7 @@ def photon_step(laws, leg, surfaces, photons, out, deposits, stored, tally):
     """
     absorbed = (0.0, 0.0, 0.0)
     n_matte, n_other = sort_hits(surfaces, photons, leg, tally)
-    n_ideal, n_other = sort_ideal(surfaces, leg, n_other)
+    n_ideal, n_other = sort_ideal(surfaces, photons, leg, n_other)
     alive = 0
     for first in range(0, n_matte, LANES):
         index = leg.matte[first : min(first + LANES, n_matte)]
@@ -210,7 +210,7 @@ def sort_hits(surfaces, photons, leg, tally):
         matte = is_lambert(surfaces.rows, surfaces.row[i])
         leg.matte[n_matte] = i
         leg.other[n_other] = i
-        n_matte += 1 if lit & matte else 0
+        n_matte += 1 if lit & matte & (photons.dark[i] != STRAIGHT) else 0
         n_other += 1 if lit & (not matte) else 0
     for c in range(3):
         tally[ABSORBED, c] += absorbed[c]
@@ -219,15 +219,18 @@ def sort_hits(surfaces, photons, leg, tally):
 
 
 @kernel
-def sort_ideal(surfaces, leg, n_other):
-    """Move the photons on ideal surfaces from one list of `leg` to another; out: how many are ideal, how many not."""
+def sort_ideal(surfaces, photons, leg, n_other):
+    """Move the photons on ideal surfaces from one list of `leg` to another; out: how many are ideal, how many not.
+
+    Those that came there through other surfaces are in neither.
+    """
     n_ideal, n_left = 0, 0
     for k in range(n_other):
         i = leg.other[k]
         ideal = is_ideal(surfaces.rows, surfaces.row[i])
         leg.ideal[n_ideal] = i
         leg.other[n_left] = i
-        n_ideal += 1 if ideal else 0
+        n_ideal += 1 if ideal & (photons.dark[i] != THROUGH) else 0
         n_left += 0 if ideal else 1
     return n_ideal, n_left
 
@@ -240,7 +243,11 @@ def _any_hit(laws, leg, surfaces, photons, i, out, alive, deposits, stored):
     phi = load3(photons.phi, i)
     wo = scale(load3(photons.d, i), -1.0)
     p_null, p_sharp, p_rough = prepare_any(rows, row, ns, ng, wo, laws.threshold, scratch)
-    seen, key = photons.seen[i], photons.key[i]
+    seen, key, limit = photons.seen[i], photons.key[i], photons.dark[i]
+    if limit == STRAIGHT:
+        p_rough = 0.0
+    elif limit == THROUGH:
+        p_null, p_sharp = 0.0, 0.0
     if p_rough > 0.0 and stores(leg.mode, seen):
         store3(deposits.position, stored, p)
         store3(deposits.flux, stored, phi)
@@ -263,7 +270,7 @@ def _any_hit(laws, leg, surfaces, photons, i, out, alive, deposits, stored):
     store3(out.d, alive, wi)
     store3(out.phi, alive, phi)
     out.key[alive] = key
-    out.dark[alive] = 0.0
+    out.dark[alive] = STRAIGHT if cls == CLASS_NULL and limit <= FIRST else 0.0
     if cls == CLASS_SHARP:
         seen |= SEEN_SHARP
     elif cls == CLASS_ROUGH:

@@ -18,6 +18,7 @@ from .matte_kernels import empty_lanes
 from .photon_kernels import ABSORBED, DROPPED, EMITTED, Births, Leg, emit_at_targets, emit_everywhere, photon_step
 from .photon_rules import CAUSTIC
 from .render_scene import RenderScene
+from .shadowless import light_through
 
 EMIT_DIMENSIONS = 6  # which light, which target, two for the point, two for the direction
 CHUNK = 16384  # photons carried together: large enough to hide Python, small enough to stay in cache
@@ -108,15 +109,21 @@ def _carry(
 ) -> Carried:
     """Carry a chunk of photons, or those to be emitted with these numbers, over a span of bounces."""
     tally = np.zeros((4, 3))
-    photons = _emitted(scene, run, source, tally) if isinstance(source, range) else source
+    light = np.empty(len(source) if isinstance(source, range) else 0, np.int32)
+    photons = _emitted(scene, run, source, light, tally) if isinstance(source, range) else source
     n = len(photons.key)
+    shines_through = len(light) > 0 and run.mode != CAUSTIC and not scene.casts_all_shadows
     deposits, stored, rays = empty_deposits(n + 1), 0, 0
     lanes, lists = empty_lanes(), np.empty((3, n + 1), np.int32)
     spare = empty_photons(n + 1, scene.absorbs), empty_photons(n + 1, scene.absorbs)
     for bounce in bounces:
         if n == 0 or cancelled():
             break
-        surfaces = scene.surfaces(photons.o, photons.d, is_photon=True)
+        hits = scene.intersector.closest(photons.o, photons.d)
+        if bounce == 0 and shines_through:
+            hits, more = light_through(scene, photons, light, hits)
+            tally[EMITTED] += more
+        surfaces = scene.surfaces_at(hits, photons.d, is_photon=True)
         rays += n
         if scene.absorbs:
             tally[ABSORBED] += scene.absorb(photons.inside, surfaces, photons.phi)
@@ -129,11 +136,11 @@ def _carry(
     return Carried(head(deposits, stored), photons, tally, rays)
 
 
-def _emitted(scene: RenderScene, run: PhotonRun, numbers: range, tally: np.ndarray) -> Photons:
-    """Photons with these numbers, leaving their lights."""
+def _emitted(scene: RenderScene, run: PhotonRun, numbers: range, light: np.ndarray, tally: np.ndarray) -> Photons:
+    """Photons with these numbers, leaving their lights, whose own numbers are written to `light` (n,)."""
     n = len(numbers)
     photons = empty_photons(n, scene.absorbs)
-    births = Births(np.empty(n, np.int32), np.empty(n, np.int32), np.empty((n, 2), np.float32))
+    births = Births(light, np.empty(n, np.int32), np.empty((n, 2), np.float32))
     media = scene.laws.media
     if run.mode == CAUSTIC:
         emit_at_targets(scene.lights, scene.targets, media, run.points, run.key, numbers.start, photons, births)

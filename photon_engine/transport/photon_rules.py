@@ -10,6 +10,11 @@ CAUSTIC = 0  # store L S+ D, stop at the first D
 DIFFUSE = 1  # store every D after the first D; go on
 GLOBAL = 2  # store every D, for final gathering; go on
 
+# Photons.dark of photons that a lamp without shadows sent (shadowless.py):
+THROUGH = -1.0  # came through other surfaces: rough lobes alone scatter it
+FIRST = -2.0  # at the first surface on its line: all lobes scatter it, but a straight pass makes it
+STRAIGHT = -3.0  # on its way straight on to mirrors and glass alone
+
 
 @inlined
 def stores(mode, seen):

@@ -14,7 +14,7 @@ from ..geometry.intersect import Hits
 from ..geometry.kept import Kept
 from ..issues import IssueLog
 from ..lights.sky import build_sky
-from ..lights.table import build_lights, without_lights
+from ..lights.table import SHADOW, build_lights, without_lights
 from ..lights.targets import build_targets
 from ..plan import make_plan
 from ..scene.data import SceneData
@@ -71,6 +71,7 @@ class RenderScene:
         )
         programs = [*self.materials.programs, *([] if self.sky is None else [self.sky.program])]
         self.trails = any("trail" in program.needs for program in programs)
+        self.casts_all_shadows = bool((self.lights.flags & SHADOW).all())
         self.camera = build_camera(scene.camera, scene.frame, self.flat.origin)
         self.plan = make_plan(scene, settings, outputs, facts if len(self.lights.kind) else facts.unlit(self.trails))
         self.seen_lights = self.lights if self.plan.sees_lights else without_lights(self.lights)

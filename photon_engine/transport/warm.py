@@ -40,7 +40,10 @@ def warm_scene() -> SceneData:
             Instance(0, ceiling, [0], "Ceiling"),
         ],
         materials=[Material("Glossy", _glossy()), Material("Glass", _glass())],
-        lights=[Light("Lamp", "AREA", lamp, (10.0, 10.0, 10.0))],
+        lights=[
+            Light("Lamp", "AREA", lamp, (10.0, 10.0, 10.0)),
+            Light("Fill", "POINT", lamp, (1.0, 1.0, 1.0), cast_shadow=False),
+        ],
         world=World(color=(0.1, 0.1, 0.1)),
         camera=Camera(matrix=eye),
         frame=Frame(8, 8, 0, 0, 8, 8),
