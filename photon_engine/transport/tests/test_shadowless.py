@@ -13,6 +13,7 @@ from ..photon_pass import PhotonRun, trace_photons
 from ..photon_rules import GLOBAL
 from ..render_scene import RenderScene
 
+MATTE, GLASS = "ShaderNodeBsdfDiffuse", "ShaderNodeBsdfGlass"
 HEIGHTS = (-1.0, -2.0, -3.0)  # of the plates, below the lamp; each of them fills the same solid angle
 PHOTONS = 60_000
 
@@ -24,7 +25,7 @@ def shader(kind: str, color) -> Graph:
 
 
 def plates(cast_shadow: bool, kinds) -> SceneData:
-    """Plates under a point lamp, one shader each, black so that light ends there."""
+    """Plates under a point lamp, one shader each."""
     square = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], np.float32)
     mesh = Mesh("Square", square, np.array([[0, 1, 2], [0, 2, 3]], np.int32), None, None)
     instances, materials = [], []
@@ -32,7 +33,7 @@ def plates(cast_shadow: bool, kinds) -> SceneData:
         matrix = np.diag([-height, -height, 1.0, 1.0])
         matrix[2, 3] = height
         instances.append(Instance(0, matrix, [i], f"Plate {i}"))
-        color = (0.0,) * 3 if kind == "ShaderNodeBsdfDiffuse" else (1.0,) * 3
+        color = (0.5,) * 3 if kind == MATTE else (1.0,) * 3
         materials.append(Material(f"Material {i}", shader(kind, color)))
     eye = np.eye(4)
     eye[2, 3] = 4.0
@@ -54,7 +55,6 @@ def landed(cast_shadow: bool, kinds):
     return [float(deposits.flux[first & (abs(height - h) < 0.1), 0].sum()) for h in HEIGHTS], tally
 
 
-MATTE, GLASS = "ShaderNodeBsdfDiffuse", "ShaderNodeBsdfGlass"
 # a square seen from a point at half its edge above it fills a sixth of all directions
 SIXTH = 12.0 / 6.0
 
