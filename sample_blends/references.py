@@ -1,8 +1,8 @@
 """Make the reference pictures of the samples: ``python sample_blends/references.py [NAME ...]``.
 
-Cycles where it can find the light; where it cannot (a small light behind glass or off a mirror), a long run of the
-brute-force tracer in ``tests/brute``. Samples of that kind also have a soft variant, the same scene with a light so
-large that Cycles converges.
+Cycles where it can find the light; where it cannot (a small light behind glass or off a mirror), beams from the lamps
+through every piece of glass and off every mirror, laid down in maps for paths from the eye (tests/oracle/beams.py).
+Samples of that kind also have a soft variant, the same scene with a light so large that Cycles converges.
 """
 
 from __future__ import annotations
@@ -10,8 +10,9 @@ from __future__ import annotations
 import logging
 import os
 import sys
-import time
 from pathlib import Path
+
+import numpy as np
 
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent))
@@ -20,7 +21,7 @@ from tests.oracle import cycles, images  # noqa: E402
 
 FOLDER = HERE / "references"
 SIZE = 128
-BATCHES = 16  # of the reference tracer, for error bars
+BATCHES = 10  # of beams, for error bars
 BUDGET = {"width": SIZE, "height": SIZE, "target": 0.0015, "max_batches": 400}
 
 
@@ -42,17 +43,12 @@ CYCLES = {
     "material_shelf": cycles.Job(blend=str(HERE / "material_shelf.blend"), spp=32, seconds=240, **BUDGET),
 }
 
-# name of the reference -> (samples a pixel, photons) of the reference tracer, for what Cycles cannot find
-BRUTE_FORCE = {
-    "cornell_caustics": (512, 16_000_000),  # a lamp of 0.1 m
-    "ring_cardioid": (512, 16_000_000),  # a lamp of 4 cm
-    "wine_glass": (512, 16_000_000),  # a lamp of 3 cm behind three interfaces
-}
-
-# name of the sample -> why it has no reference with its own light; its soft variant stands in
-NONE = {
-    "pool": "every caustic is seen through the water: neither a path from the eye (it meets a sun of half a degree "
-    "once in 50 000 tries) nor one from the sun (it cannot be joined to the eye) finds it",
+# name of the reference -> eye paths a pixel (with a rough vertex; without), beams and cells [m], in each batch
+BEAMS = {
+    "cornell_caustics": ((32, 64), 800_000, 0.01),  # a lamp of 0.1 m
+    "pool": ((32, 64), 800_000, 0.01),  # the sun, and every caustic seen through the water
+    "ring_cardioid": ((32, 64), 800_000, 0.005),  # a lamp of 4 cm
+    "wine_glass": ((32, 64), 800_000, 0.003),  # a lamp of 3 cm behind three interfaces
 }
 
 
@@ -63,12 +59,12 @@ def path_of(name: str) -> Path:
 
 def existing() -> list[str]:
     """Names of the references that are there."""
-    return [name for name in (*CYCLES, *BRUTE_FORCE) if path_of(name).is_file()]
+    return [name for name in (*CYCLES, *BEAMS) if path_of(name).is_file()]
 
 
 def make(name: str) -> Path:
     """Render one reference and write it."""
-    reference = cycles.render(CYCLES[name]) if name in CYCLES else by_brute_force(name)
+    reference = cycles.render(CYCLES[name]) if name in CYCLES else by_beams(name)
     path = path_of(name)
     reference.meta["sample"] = name
     images.write_reference(path, reference)
@@ -76,27 +72,32 @@ def make(name: str) -> Path:
     return path
 
 
-def by_brute_force(name: str) -> images.Reference:
-    """The sample's own .blend by the tracer of tests/brute: paths from the eye, and from the lights to the eye."""
+def by_beams(name: str) -> images.Reference:
+    """The sample's own .blend by tests/oracle/beams.py; batches are kept, so that a run that was stopped goes on."""
     import bpy
 
     from photon_engine.blender.extract import extract_scene
     from photon_engine.issues import IssueLog
-    from tests.brute.harness import reference
+    from tests.oracle import beams
 
     bpy.ops.wm.open_mainfile(filepath=str(HERE / f"{name}.blend"))
     render = bpy.context.scene.render
     render.resolution_x = render.resolution_y = SIZE
     scene = extract_scene(bpy.context.evaluated_depsgraph_get(), IssueLog())
-    spp, photons = BRUTE_FORCE[name]
-    begin = time.monotonic()
-    batches = reference(scene, spp, photons, BATCHES)
-    pictures = [sum(batches[part][k] for part in batches) for k in range(BATCHES)]
+    spp, count, cell = BEAMS[name]
+    compiled = beams.compile_scene(scene)
+    cycles.CACHE.mkdir(parents=True, exist_ok=True)
+    pictures = []
+    for k in range(BATCHES):
+        kept = cycles.CACHE / f"beams_{name}_{k}.npy"
+        if not kept.is_file():
+            np.save(kept, beams.render(scene, spp, count, cell, seed=k + 1, compiled=compiled))
+        pictures.append(np.load(kept))
     mean, se = cycles.summary(pictures)
     meta = {
-        "renderer": "tests/brute", "how": "paths from the eye; caustics and diffuse light from paths of the lights",
-        "spp": spp, "photons": photons, "batches": BATCHES, "seconds": round(time.monotonic() - begin, 1),
-        "worst_block_error": round(cycles.worst_noise(mean, se), 5), "source": f"{name}.blend",
+        "renderer": "tests/oracle/beams", "how": "paths from the eye; caustics in maps of beams from the lamps",
+        "spp": BATCHES * spp[0], "spp_without_rough_vertex": BATCHES * spp[1], "beams": BATCHES * count, "cell": cell,
+        "batches": BATCHES, "worst_block_error": round(cycles.worst_noise(mean, se), 5), "source": f"{name}.blend",
     }
     return images.Reference(mean, se, meta)
 
@@ -104,10 +105,10 @@ def by_brute_force(name: str) -> images.Reference:
 def main(names: list[str]) -> int:
     """Make the references named, or those that are missing."""
     logging.basicConfig(level=logging.INFO, format="%(message)s")
-    known = (*CYCLES, *BRUTE_FORCE)
+    known = (*CYCLES, *BEAMS)
     for name in names or [name for name in known if name not in existing()]:
         if name not in known:
-            logging.error("no reference %s (%s); there are: %s", name, NONE.get(name, "unknown"), ", ".join(known))
+            logging.error("no reference %s; there are: %s", name, ", ".join(known))
             return 2
         path = make(name)
         logging.info("%s: %s", path.name, images.read_reference(path).meta)

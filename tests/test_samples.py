@@ -53,8 +53,9 @@ def test_sample_is_small_and_complete(name):
 
 
 def test_every_sample_says_where_its_reference_comes_from():
-    assert set(SAMPLES) <= {*references.CYCLES, *references.BRUTE_FORCE, *references.NONE}
-    assert not set(references.CYCLES) & set(references.BRUTE_FORCE)
+    assert set(SAMPLES) <= {*references.CYCLES, *references.BEAMS}
+    assert not set(references.CYCLES) & set(references.BEAMS)
+    assert set(references.existing()) == {*references.CYCLES, *references.BEAMS}
     for name in references.CYCLES:
         reference = images.read_reference(references.path_of(name))
         assert reference.mean.shape == (references.SIZE, references.SIZE, 3)

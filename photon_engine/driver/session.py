@@ -212,7 +212,7 @@ class Session:
                 raise _CancelledEarly
 
         stage("Preparing")
-        worker.call(lambda: renderer.prepare(stage))
+        worker.call(lambda: renderer.prepare(stage, worker.stop.is_set))
         end_stage()
 
     def _spent(self) -> StopReason | None:

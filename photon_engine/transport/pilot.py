@@ -6,6 +6,7 @@ is not blurred over half the scene. What it learns depends on the seed alone, so
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import Executor
 from typing import NamedTuple
 
@@ -39,14 +40,16 @@ class Pilot(NamedTuple):
     diffuse_bound: float  # [m]; 0: no such photons are traced
 
 
-def run_pilot(scene: RenderScene, pool: Executor, settings: Settings, modes: list[int]) -> Pilot:
-    """Trace a few photons of each mode and a few eye paths."""
-    visible, footprint = _visible_points(scene, settings)
+def run_pilot(
+    scene: RenderScene, pool: Executor, settings: Settings, modes: list[int], cancelled: Callable[[], bool]
+) -> Pilot:
+    """Trace a few photons of each mode and a few eye paths; when cancelled, what it returns means nothing."""
+    visible, footprint = _visible_points(scene, settings, cancelled)
     bounds = {CAUSTIC: 0.0, DIFFUSE: 0.0}
     for mode in modes:
         key = make_key(settings.seed, mode, STREAM_PILOT)
         deposits, _, _ = trace_photons(
-            scene, pool, PhotonRun(mode, PILOT_PHOTONS, key, settings.max_bounces), lambda: False
+            scene, pool, PhotonRun(mode, PILOT_PHOTONS, key, settings.max_bounces), cancelled
         )
         total = settings.caustic_photons if mode == CAUSTIC else settings.diffuse_photons
         neighbours = CAUSTIC_NEIGHBOURS if mode == CAUSTIC else DIFFUSE_NEIGHBOURS
@@ -69,7 +72,9 @@ def _bound(deposits: Deposits, visible: np.ndarray, neighbours: int, total: int)
     return float(radius * np.sqrt(neighbours / k * PILOT_PHOTONS / total))
 
 
-def _visible_points(scene: RenderScene, settings: Settings) -> tuple[np.ndarray, float]:
+def _visible_points(
+    scene: RenderScene, settings: Settings, cancelled: Callable[[], bool]
+) -> tuple[np.ndarray, float]:
     """Some visible points (m, 3) and the footprint that three quarters of them stay below."""
     frame = scene.frame
     pixels = (frame.x1 - frame.x0) * (frame.y1 - frame.y0)
@@ -95,7 +100,7 @@ def _visible_points(scene: RenderScene, settings: Settings) -> tuple[np.ndarray,
             positions.append(p)
             footprints.append(points.footprint[:ended].copy())
         paths = head(onward, n)
-        if n == 0:
+        if n == 0 or cancelled():
             break
     footprint = np.concatenate(footprints)
     return np.concatenate(positions), float(np.quantile(footprint, 0.75)) if len(footprint) else 0.0

@@ -66,8 +66,8 @@ class Renderer:
         self._compiled = compile_seconds()
         self._pool = ThreadPoolExecutor(settings.threads or os.cpu_count() or 1, thread_name_prefix="photon-map")
 
-    def prepare(self, stage: Callable[[str], None]) -> None:
-        """Everything that passes share. stage(text) is told what is being done."""
+    def prepare(self, stage: Callable[[str], None], cancelled: Callable[[], bool] = lambda: False) -> None:
+        """Everything that passes share. stage(text) is told what is being done; cancelled: no pass may follow."""
         start = time.perf_counter()
         self.scene = RenderScene(self.data, self.settings, self.issues, stage, self.outputs, self.kept)
         log.info("%s", self.plan)
@@ -76,7 +76,7 @@ class Renderer:
         stage("Pilot pass")
         start = time.perf_counter()
         modes = [CAUSTIC] * self.plan.caustic_map.runs + [DIFFUSE] * self.plan.diffuse_map.runs
-        self.pilot: Pilot = run_pilot(self.scene, self._pool, self.settings, modes)
+        self.pilot: Pilot = run_pilot(self.scene, self._pool, self.settings, modes, cancelled)
         self._count("pilot", start)
 
     def render_pass(self, i: int, cancelled: Callable[[], bool]) -> dict[str, np.ndarray] | None:

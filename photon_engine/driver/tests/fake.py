@@ -19,7 +19,7 @@ class FakeRenderer:
         self.fail_at = int(os.environ.get("PHOTON_MAP_FAKE_FAIL", -1))
         self.seconds = float(os.environ.get("PHOTON_MAP_FAKE_SECONDS", 0.0))
 
-    def prepare(self, stage):
+    def prepare(self, stage, cancelled):
         stage("Building the tree")
 
     def render_pass(self, i, cancelled):

@@ -54,8 +54,8 @@ class Stuck(FakeRenderer):
         if place == self.where:
             self.free.wait(STUCK)
 
-    def prepare(self, stage):
-        super().prepare(stage)
+    def prepare(self, stage, cancelled):
+        super().prepare(stage, cancelled)
         self.hang("prepare")
 
     def render_pass(self, i, cancelled):

@@ -1,0 +1,85 @@
+"""The beams that references of small lamps are made from: what a flat sheet of water does is known exactly."""
+
+import math
+
+import numpy as np
+import pytest
+
+from photon_engine.scene.data import (
+    Camera,
+    Frame,
+    Graph,
+    Instance,
+    Light,
+    Material,
+    Mesh,
+    Node,
+    SceneData,
+    Socket,
+    World,
+)
+from tests.oracle import beams
+
+ALBEDO, IOR, IRRADIANCE = 0.5, 1.333, 3.0
+SLANT = math.radians(40.0)  # of the sun
+
+
+def graph(kind: str, value: float) -> Graph:
+    """A tree of one shader."""
+    inputs = {"Color": Socket([value] * 3 + [1.0], kind="RGBA"), "Roughness": Socket(0.0), "IOR": Socket(IOR)}
+    return Graph([Node(kind, "Shader", {}, inputs, {"BSDF": "SHADER"})], Socket(None, 0, "BSDF", "SHADER"))
+
+
+def pool(angle: float) -> SceneData:
+    """A wide floor under water and a slanting sun, seen from straight above through a narrow window."""
+    square = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], np.float32)
+    mesh = Mesh("Square", square, np.array([[0, 1, 2], [0, 2, 3]], np.int32), None, None)
+    floor, sun, eye = np.diag([50.0, 50.0, 1.0, 1.0]), np.eye(4), np.eye(4)
+    floor[2, 3], eye[2, 3] = -0.5, 3.0
+    sun[:3, 2] = (math.sin(SLANT), 0.0, math.cos(SLANT))
+    sun[:3, 0] = (math.cos(SLANT), 0.0, -math.sin(SLANT))
+    return SceneData(
+        name="Pool", meshes=[mesh],
+        instances=[Instance(0, floor, [0], "Floor"), Instance(0, np.diag([50.0, 50.0, 1.0, 1.0]), [1], "Water")],
+        materials=[Material("Tiles", graph("ShaderNodeBsdfDiffuse", ALBEDO)),
+                   Material("Water", graph("ShaderNodeBsdfGlass", 1.0))],
+        lights=[Light("Sun", "SUN", sun, (IRRADIANCE,) * 3, angle=angle)], world=World(),
+        camera=Camera(matrix=eye, window=(-0.05, 0.05, -0.05, 0.05)), frame=Frame(8, 8, 0, 0, 8, 8),
+    )  # fmt: skip
+
+
+def transmitted(c: float, eta: float) -> float:
+    """1 - Fresnel's reflectance for unpolarised light at the cosine c."""
+    t = math.sqrt(1.0 - (1.0 - c * c) / (eta * eta))
+    s, p = (c - eta * t) / (c + eta * t), (eta * c - t) / (eta * c + t)
+    return 1.0 - 0.5 * (s * s + p * p)
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.00918])
+def test_floor_seen_through_water(angle):
+    """L = albedo / pi E cos T(40 degrees) T(0) / eta^2, and what the water throws back on the floor: a few percent.
+
+    Of light from a Lambert surface water throws back the share r = 0.477 [Fresnel's R over all directions below]; the
+    floor is as good as endless, so that all orders are a geometric series 1 / (1 - albedo r).
+    """
+    c = np.linspace(0.0, 1.0, 200_001)[1:]
+    inside = np.array([1.0 - transmitted(x, 1.0 / IOR) if 1.0 - x * x < 1.0 / IOR**2 else 1.0 for x in c])
+    thrown_back = float((2.0 * c * inside).mean())
+    first = ALBEDO / math.pi * IRRADIANCE * math.cos(SLANT) * transmitted(math.cos(SLANT), IOR)
+    expected = first * transmitted(1.0, IOR) / IOR**2 / (1.0 - ALBEDO * thrown_back)
+    scene = pool(angle)
+    compiled = beams.compile_scene(scene)
+    pictures = [beams.render(scene, (150, 1), 60_000, 10.0, seed, compiled) for seed in range(1, 7)]
+    means = np.array([picture.mean() for picture in pictures])
+    error = means.std(ddof=1) / math.sqrt(len(means))
+    assert error < 0.004 * expected
+    assert abs(means.mean() - expected) < 0.01 * expected + 4.0 * error
+
+
+def test_what_lamps_send_straight_is_not_in_the_map():
+    """A floor without water: light comes by shadow rays alone, once."""
+    scene = pool(0.0)
+    scene.instances.pop()
+    picture = beams.render(scene, (4, 1), 1000, 0.1)
+    expected = ALBEDO / math.pi * IRRADIANCE * math.cos(SLANT)
+    np.testing.assert_allclose(picture, expected, rtol=1e-6)
