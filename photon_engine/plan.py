@@ -14,8 +14,9 @@ from typing import NamedTuple
 from .film.passes import ALL_NAMES, ERROR_MAPS, GUIDES, LIGHT_NAMES, NOISY
 from .scene.data import SceneData
 from .settings import Settings
-from .survey import Survey, survey
+from .survey import Survey, shines, survey
 
+HARD = 0.035  # [rad] angle of a sun that casts hard shadows: 2 degrees
 OFF = "everything runs (plan=off)"
 
 
@@ -46,10 +47,12 @@ class Line(NamedTuple):
 LABELS = {
     "idle_lamps": "Lamps out of reach",
     "direct": "Direct light",
+    "sun_rays": "More than one ray to a sun",
     "lobe_rays": "Rays from lobes",
     "see_through": "See-through shadows",
     "caustic_map": "Caustic map",
     "diffuse_map": "Diffuse map",
+    "stray_photons": "Photons past all objects",
     "gather_all": "Final gather everywhere",
     "gather_narrow": "Final gather on glossy surfaces",
     "edges": "Walls and rims near by",
@@ -70,10 +73,12 @@ class Plan:
     outputs: frozenset[str]  # pictures asked for, names of film.passes; Combined stands for all light passes
     idle_lamps: Decision
     direct: Decision
+    sun_rays: Decision
     lobe_rays: Decision
     see_through: Decision
     caustic_map: Decision
     diffuse_map: Decision
+    stray_photons: Decision
     gather_all: Decision
     gather_narrow: Decision
     edges: Decision
@@ -149,8 +154,10 @@ def make_plan(
     why = "they gather diffuse light" if gathering else f"they may meet {names(facts.can_be_hit)}"
     return Plan(
         outputs,
+        stray_photons=rule.decide("", [(not (maps["caustic_map"] or maps["diffuse_map"]), "no photons")], PAST),
         idle_lamps=_idle_lamps(scene, settings, facts),
         direct=direct,
+        sun_rays=_sun_rays(scene, settings, facts),
         lobe_rays=rule.decide(why, [(not facts.lit, NO_LIGHT)], met),
         see_through=rule.decide(f"light passes {names(facts.see_through)}", [(not facts.lit, NO_LIGHT)], shadows),
         **maps,
@@ -165,6 +172,7 @@ def make_plan(
     )
 
 
+PAST = [(True, "caustic photons that miss every specular object's box, others that miss all objects'")]
 NO_LIGHT = "nothing shines"
 NO_ROUGH = "no rough surface to receive light"
 
@@ -175,6 +183,18 @@ def _idle_lamps(scene: SceneData, settings: Settings, facts: Survey) -> Decision
         return Decision(True, OFF)
     idle = [scene.lights[i].name for i in facts.idle]
     return Decision(False, f"{names(idle)} shine past every surface" if idle else "there is none")
+
+
+def _sun_rays(scene: SceneData, settings: Settings, facts: Survey) -> Decision:
+    """Shadow rays to a narrow sun, which by its power would take most of them from the sky."""
+    if not settings.plan:
+        return Decision(True, OFF)
+    suns = [light for i, light in enumerate(scene.lights) if i not in facts.idle and shines(light)]
+    narrow = [light.name for light in suns if light.kind == "SUN" and light.angle <= HARD]
+    alone = len(facts.lit) == len(suns) + len(facts.sky) and all(light.kind == "SUN" for light in suns)
+    if narrow and alone and facts.sky and settings.light_samples > 1:
+        return Decision(False, f"one tells whether {names(narrow)} is seen, the others go to {names(facts.sky)}")
+    return Decision(True, "there is no narrow sun with nothing but the world beside it, or one shadow ray a point")
 
 
 def _direct(rule: Rule, facts: Survey) -> Decision:

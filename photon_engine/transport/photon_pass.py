@@ -13,9 +13,10 @@ from scipy.stats import qmc
 
 from ..photons.batch import Deposits, Photons, empty_deposits, empty_photons, head, join
 from ..sampling.rng import STREAM_CAUSTIC, STREAM_DIFFUSE, make_key
+from .cull import keep_those_that_meet
 from .emission import multiply_radiance
 from .matte_kernels import empty_lanes
-from .photon_kernels import ABSORBED, DROPPED, EMITTED, Births, Leg, emit_at_targets, emit_everywhere, photon_step
+from .photon_kernels import ABSORBED, DROPPED, EMITTED, ESCAPED, Births, Leg, emit_at_targets, emit_everywhere, photon_step
 from .photon_rules import CAUSTIC
 from .render_scene import RenderScene
 from .shadowless import light_through
@@ -148,6 +149,9 @@ def _emitted(scene: RenderScene, run: PhotonRun, numbers: range, light: np.ndarr
         emit_everywhere(scene.lights, media, run.points, run.key, numbers.start, photons, births)
     multiply_radiance(scene, births.emitter, births.place, photons.d, photons.phi)
     tally[EMITTED] += photons.phi.sum(axis=0, dtype=np.float64)
+    boxes = scene.caster_boxes if run.mode == CAUSTIC else scene.object_boxes
+    if boxes is not None:
+        photons = keep_those_that_meet(boxes, scene.flat.radius, photons, tally[ESCAPED])
     return photons
 
 

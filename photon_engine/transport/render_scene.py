@@ -13,6 +13,7 @@ from ..geometry.flatten import bounding_sphere
 from ..geometry.intersect import Hits
 from ..geometry.kept import Kept
 from ..issues import IssueLog
+from ..lights.allot import one_ray_to_suns
 from ..lights.sky import build_sky
 from ..lights.table import SHADOW, build_lights, without_lights
 from ..lights.targets import build_targets
@@ -22,6 +23,7 @@ from ..scene.repair import with_finite_images
 from ..settings import Settings
 from ..shading.material import refracting_materials
 from ..survey import survey
+from .cull import boxes_of
 from .displace import displaced
 from .emission import find_emitters
 from .eye_batch import EyeRules
@@ -74,10 +76,17 @@ class RenderScene:
         self.casts_all_shadows = bool((self.lights.flags & SHADOW).all())
         self.camera = build_camera(scene.camera, scene.frame, self.flat.origin)
         self.plan = make_plan(scene, settings, outputs, facts if len(self.lights.kind) else facts.unlit(self.trails))
+        if not self.plan.sun_rays:
+            self.lights = one_ray_to_suns(self.lights, settings.light_samples)
         self.seen_lights = self.lights if self.plan.sees_lights else without_lights(self.lights)
         forks = bool(self.materials.has_sharp.any() or facts.see_through)
         self.most_ways = max(2 * self.materials.slots, 2) if forks else 1  # that can lead on from one hit
         self.targets = self._targets() if self.plan.caustic_map else None
+        geometry, sharp = self.flat.geometry, self.materials.has_sharp[self.flat.geometry.material]
+        self.caster_boxes = self.object_boxes = None  # what new photons must meet; None: all are carried
+        if not self.plan.stray_photons:
+            self.caster_boxes = boxes_of(geometry.positions, geometry.triangles[sharp], geometry.instance[sharp])
+            self.object_boxes = boxes_of(geometry.positions, geometry.triangles, geometry.instance)
         terminator = np.array([item.terminator_offset for item in scene.instances] + [0.0], np.float32)
         sigma = [program.absorption for program in self.materials.programs]
         media = find_media(scene, self.flat, sigma, issues)

@@ -9,10 +9,12 @@ from hypothesis import strategies as st
 
 from ...film.passes import ALL_NAMES, LIGHT_NAMES
 from ...issues import IssueLog
+from ...photons.batch import Photons, empty_photons
 from ...plan import LABELS, OFF, make_plan
 from ...scene.reach import misses
 from ...settings import Settings
 from ...survey import survey
+from ..cull import keep_those_that_meet
 from ..renderer import Renderer
 from .plan_scenes import LAMPS, MATERIALS, scene
 
@@ -79,6 +81,8 @@ LEFT_OUT = [
     ("diffuse_map", {"lamps": ["Dead"]}, {}, "nothing shines"),
     ("direct", {"lamps": []}, {}, "nothing shines"),
     ("idle_lamps", {}, {}, "there is none"),
+    ("sun_rays", {"lamps": ["Sun"], "sky": 1.0}, {}, "whether Sun is seen, the others go to Sky"),
+    ("stray_photons", {}, {}, "miss"),
     ("direct", {"floor": "Glass", "wall": "Mirror"}, {}, "no rough surface"),
     ("lobe_rays", {"lamps": ["Point", "Sun", "Beam"], "wall": "Satin"}, {}, "no ray can meet a light"),
     ("see_through", {}, {}, "every surface stops light"),
@@ -100,6 +104,9 @@ RUNS = [
     ("direct", {"lamps": [], "pane": "Glow"}, {}, "Glow on Matte"),
     ("lobe_rays", {"lamps": ["Point"], "wall": "Polished"}, {}, "gather diffuse light"),
     ("lobe_rays", {"lamps": ["Point", "Bulb"]}, {}, "may meet Bulb"),
+    ("sun_rays", {"lamps": ["Soft Sun"], "sky": 1.0}, {}, "no narrow sun"),
+    ("sun_rays", {"lamps": ["Sun", "Bulb"], "sky": 1.0}, {}, "nothing but the world"),
+    ("sun_rays", {"lamps": ["Sun"], "sky": 1.0}, {"light_samples": 1}, "one shadow ray"),
     ("see_through", {"pane": "Half"}, {}, "light passes Half"),
     ("see_through", {"ghost": True}, {}, "light passes Pane"),
     ("gather_narrow", {"wall": "Polished"}, {}, "Polished reflects too narrowly"),
@@ -128,7 +135,7 @@ def test_only_what_is_asked_for_is_done():
     one = plan(scene(wall="Polished", sky=1.0), {"Caustic", "Depth"})
     assert one.caustic_map and not (one.direct or one.lobe_rays or one.diffuse_map or one.emission or one.environment)
     assert one.direct.reason == "Direct is not asked for"
-    assert not any(plan(scene(sky=1.0), {"Depth"}).lines()[i].runs for i in range(10))
+    assert not any(plan(scene(sky=1.0), {"Depth"}).lines()[i].runs for i in range(13) if i != 2)  # rays to suns are none where there is no direct light
     every = plan(scene(), {"Combined"})
     assert every.outputs == {"Combined"} and every.caustic_map and every.diffuse_map and every.direct
 
@@ -180,6 +187,49 @@ def test_what_counts_as_out_of_reach_lights_nothing(kind, seed, opening):
     if survey(data, 0.05).idle:
         whole, _ = render(data, plan=False)
         assert not any(whole[name].any() for name in LIGHT_NAMES)
+
+
+def test_a_narrow_sun_gets_one_ray_and_the_sky_the_others():
+    """The same mean, and less noise under the sky: it had 1 of 4 rays, now 3."""
+    data = scene(pane="Matte", wall="Satin", lamps=["Sun"], sky=0.2)
+    passes = {}
+    for plan in (True, False):
+        renderer = Renderer(data, Settings(**{**FEW, "light_samples": 4, "plan": plan}), IssueLog())
+        renderer.prepare(lambda _text: None)
+        passes[plan] = np.stack([renderer.render_pass(i, lambda: False)["Direct"] for i in range(48)])
+        renderer.close()
+    one, off = passes[True], passes[False]
+    error = np.sqrt((one.var(axis=0) + off.var(axis=0)) / 48)
+    difference = (one.mean(axis=0) - off.mean(axis=0))[error > 0.0] / error[error > 0.0]
+    assert np.sqrt((difference**2).mean()) == pytest.approx(1.0, abs=0.15)  # 432 values, three colours alike
+    assert abs(one.mean() / off.mean() - 1.0) < 0.01
+    assert one.var(axis=0).mean() < 0.8 * off.var(axis=0).mean()
+
+
+def test_photons_that_pass_all_boxes_are_not_carried():
+    boxes = np.array([[[-1.0, -1.0, 0.0], [1.0, 1.0, 0.0]], [[3.0, 3.0, 3.0], [4.0, 4.0, 4.0]]])
+    rng = np.random.default_rng(0)
+    n = 4000
+    photons = empty_photons(n)
+    photons.o[:] = rng.uniform(-3.0, 5.0, (n, 3))
+    photons.d[:] = rng.normal(size=(n, 3))
+    photons.d[:200, rng.integers(0, 3, 200)] = 0.0
+    photons.d[:] /= np.linalg.norm(photons.d, axis=1, keepdims=True)
+    photons.phi[:], photons.key[:], photons.dark[:] = rng.random((n, 3)), np.arange(n), rng.random(n)
+    lines = photons.o[:, None] + photons.d[:, None] * np.linspace(0.0, 20.0, 1500, dtype=np.float32)[:, None]
+    thick = boxes + np.array([[-0.02], [0.02]])  # points along a ray are nearer than this to its crossing of the square
+    inside = [((lines >= low) & (lines <= high)).all(axis=2).any(axis=1) for low, high in thick]
+    grazing = [((lines >= low - 0.1) & (lines <= high + 0.1)).all(axis=2).any(axis=1) for low, high in thick]
+    before, lost = Photons(*(field.copy() for field in photons)), np.zeros(3)
+    kept = keep_those_that_meet(boxes, 1.0, photons, lost)
+    assert set(np.flatnonzero(np.any(grazing, axis=0))) >= set(kept.key.astype(int))
+    missed = set(np.flatnonzero(np.any(inside, axis=0))) - set(kept.key.astype(int))
+    assert 300 < len(kept.key) and len(missed) < 0.1 * len(kept.key)  # those that touch only what is thickened
+    index = kept.key.astype(int)
+    assert (np.diff(index) > 0).all()
+    for name in ("o", "d", "phi", "dark"):
+        np.testing.assert_array_equal(getattr(kept, name), getattr(before, name)[index])
+    np.testing.assert_allclose(lost, before.phi.sum(axis=0) - before.phi[index].sum(axis=0), rtol=1e-4)
 
 
 def test_off_runs_everything_that_can_run():
