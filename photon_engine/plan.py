@@ -51,6 +51,7 @@ LABELS = {
     "lobe_rays": "Rays from lobes",
     "see_through": "See-through shadows",
     "caustic_map": "Caustic map",
+    "caustic_points": "Caustics where the eye looks",
     "diffuse_map": "Diffuse map",
     "stray_photons": "Photons past all objects",
     "gather_all": "Final gather everywhere",
@@ -77,6 +78,7 @@ class Plan:
     lobe_rays: Decision
     see_through: Decision
     caustic_map: Decision
+    caustic_points: Decision
     diffuse_map: Decision
     stray_photons: Decision
     gather_all: Decision
@@ -141,14 +143,17 @@ def make_plan(
     variance = every_variance(settings, outputs := frozenset(outputs))
     outputs = frozenset("Combined" if name in ERROR_MAPS else name.removeprefix(NOISY) for name in outputs)
     rule = Rule(settings.plan, outputs)
-    maps = _maps(rule, facts, settings)
-    gathers = _gathers(rule, facts, settings, maps["diffuse_map"])
-    direct = _direct(rule, facts)
+    diffuse = _diffuse(rule, facts, settings)
+    gathers = _gathers(rule, facts, settings, diffuse)
     gathering = bool(gathers["gather_all"] or gathers["gather_narrow"])
-    unlit = not direct and not gathering
-    shadows = [(unlit, "no direct light"), (not facts.see_through, "every surface stops light")]
+    mirrored = facts.narrow if gathering else ()  # where a gather ends on them it is lit as the eye sees it
+    maps = {"diffuse_map": diffuse, **_caustic(rule, facts, settings, mirrored)}
+    direct = _direct(rule, facts)
+    shadows = [
+        (not direct and not mirrored, "no direct light"), (not facts.see_through, "every surface stops light"),
+    ]  # fmt: skip
     met = [
-        (unlit, "neither direct light nor a final gather"),
+        (not direct and not gathering, "neither direct light nor a final gather"),
         (not facts.can_be_hit and not gathering, "no ray can meet a light: all are points or parallel beams"),
     ]
     why = "they gather diffuse light" if gathering else f"they may meet {names(facts.can_be_hit)}"
@@ -203,22 +208,31 @@ def _direct(rule: Rule, facts: Survey) -> Decision:
     return rule.decide(f"{names(facts.lit)} on {names(facts.rough)}", [(not facts.lit, NO_LIGHT)], needless)
 
 
-def _maps(rule: Rule, facts: Survey, settings: Settings) -> dict[str, Decision]:
-    """Photon maps."""
-    dark = (not facts.lit, NO_LIGHT)
-    empty = (not facts.surfaces, "no surface")
-    unasked, why = rule.unasked("Caustic")
-    behind = settings.final_gather != "OFF" and facts.narrow and not rule.unasked("Diffuse")[0]
-    caustic = rule.decide(
+def _caustic(rule: Rule, facts: Survey, settings: Settings, mirrored: Sequence[str]) -> dict[str, Decision]:
+    """The map of caustic photons, and its use where the eye looks; mirrored: materials that show them in Diffuse."""
+    asked, unasked = rule.unasked("Caustic")
+    runs = rule.decide(
         f"{names(facts.sharp)} may focus light on {names(facts.rough)}",
-        [dark, empty, (settings.caustic_photons == 0, "Caustic Photons is 0")],
-        # what narrow lobes reflect of it at a final gather's landings is diffuse light
-        [(unasked and not behind, why), (not facts.sharp, "no specular surface"), (not facts.rough, NO_ROUGH)],
-    )
-    diffuse = rule.decide(
+        [
+            (not facts.lit, NO_LIGHT), (not facts.surfaces, "no surface"),
+            (settings.caustic_photons == 0, "Caustic Photons is 0"),
+        ],
+        [
+            (asked and not mirrored, unasked),
+            (not facts.sharp, "no specular surface"), (not facts.rough, NO_ROUGH),
+        ],
+    )  # fmt: skip
+    seen = rule.decide("Caustic shows them", [(not runs, "no caustic map")], [rule.unasked("Caustic")])
+    return {"caustic_map": runs, "caustic_points": seen}
+
+
+def _diffuse(rule: Rule, facts: Survey, settings: Settings) -> Decision:
+    """The map of photons that met two rough surfaces or more."""
+    return rule.decide(
         f"light goes on between {names(facts.rough)}",
         [
-            dark, empty, (settings.diffuse_photons == 0, "Diffuse Photons is 0"),
+            (not facts.lit, NO_LIGHT), (not facts.surfaces, "no surface"),
+            (settings.diffuse_photons == 0, "Diffuse Photons is 0"),
             (settings.diffuse_bounces == 0, "Diffuse Bounces is 0"),
         ],
         [
@@ -227,7 +241,6 @@ def _maps(rule: Rule, facts: Survey, settings: Settings) -> dict[str, Decision]:
             (settings.max_bounces < 2 and settings.final_gather == "OFF", "Bounces is 1"),
         ],
     )  # fmt: skip
-    return {"caustic_map": caustic, "diffuse_map": diffuse}
 
 
 def _gathers(rule: Rule, facts: Survey, settings: Settings, diffuse: Decision) -> dict[str, Decision]:

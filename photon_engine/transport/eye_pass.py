@@ -53,6 +53,7 @@ class EyeRun(NamedTuple):
     max_bounces: int
     splits: int  # at how many forks an eye path goes every way
     light_samples: int  # 0: no direct light
+    caustics: bool  # whether caustics are gathered at visible points, not only behind final gathers
     lobe_rays: bool  # whether rays from the lobes can meet a light or gather
     gather_all: bool  # final gather at every visible point
     gather_narrow: bool  # final gather for narrow lobes
@@ -124,14 +125,15 @@ def _light_points(
             rays += _shadow_rays(scene, run, surfaces, points, j, tile, lobes)
     direct_only = run.gather_all or landing > 0
     clearings = no_clearings()
-    if maps.caustic is not None or (maps.diffuse is not None and not direct_only):
+    caustic = maps.caustic if run.caustics or landing else None
+    if caustic is not None or (maps.diffuse is not None and not direct_only):
         most = LANDING_CLEARING * maps.caustic_radius.bound if landing else scene.flat.radius
         with run.clock("edges"):
             clearings, more = _clearings(scene, run, surfaces, points, most)
             rays += more
     with run.clock("gather"):
-        if maps.caustic is not None:
-            lookup = Lookup(maps.caustic, maps.caustic_radius, clearings)
+        if caustic is not None:
+            lookup = Lookup(caustic, maps.caustic_radius, clearings)
             gather(scene.laws, surfaces, points, lookup, lobes, tile.caustic, tile.caustic_bias)
         if maps.diffuse is not None and not direct_only:
             lookup = Lookup(maps.diffuse, maps.diffuse_radius, clearings)

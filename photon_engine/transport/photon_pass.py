@@ -16,7 +16,17 @@ from ..sampling.rng import STREAM_CAUSTIC, STREAM_DIFFUSE, make_key
 from .cull import keep_those_that_meet
 from .emission import multiply_radiance
 from .matte_kernels import empty_lanes
-from .photon_kernels import ABSORBED, DROPPED, EMITTED, ESCAPED, Births, Leg, emit_at_targets, emit_everywhere, photon_step
+from .photon_kernels import (
+    ABSORBED,
+    DROPPED,
+    EMITTED,
+    ESCAPED,
+    Births,
+    Leg,
+    emit_at_targets,
+    emit_everywhere,
+    photon_step,
+)
 from .photon_rules import CAUSTIC
 from .render_scene import RenderScene
 from .shadowless import light_through

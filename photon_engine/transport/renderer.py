@@ -123,6 +123,7 @@ class Renderer:
             self.settings.max_bounces,
             self.settings.splits,
             self.settings.light_samples if plan.direct else 0,
+            plan.caustic_points.runs,
             plan.lobe_rays.runs,
             plan.gather_all.runs,
             plan.gather_narrow.runs,

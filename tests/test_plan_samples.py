@@ -1,0 +1,73 @@
+"""Every sample has the same pictures with and without the plan, pass by pass.
+
+To the bit, but for Direct under a narrow sun and the sky: there the plan gives the sky more of the shadow rays.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from photon_engine.blender.load import Options, load_blend
+from photon_engine.film.passes import usual_outputs
+from photon_engine.issues import IssueLog
+from photon_engine.settings import Settings
+from photon_engine.transport.renderer import Renderer
+
+SAMPLES = Path(__file__).resolve().parent.parent / "sample_blends"
+NAMES = ("cornell_caustics", "diffuse_room", "material_shelf", "pool", "ring_cardioid", "wine_glass")
+OTHER_NUMBERS = {"diffuse_room": "Direct", "pool": "Direct"}
+USUAL = usual_outputs("OFF")
+LIGHT = ("Direct", "Caustic", "Diffuse", "Emission", "Environment")
+
+
+@pytest.fixture(scope="module")
+def scenes():
+    """All samples, 24 x 24 pixels."""
+    return {
+        name: load_blend(SAMPLES / f"{name}.blend", Options(resolution=(24, 24)), IssueLog())[0] for name in NAMES
+    }
+
+
+def passes_of(scene, plan, outputs=USUAL, count=1):
+    """Some passes, and the renderer that made them."""
+    settings = Settings(plan=plan, threads=1, caustic_photons=4000, diffuse_photons=4000)
+    renderer = Renderer(scene, settings, IssueLog(), frozenset(outputs))
+    renderer.prepare(lambda _text: None)
+    pictures = [renderer.render_pass(i, lambda: False) for i in range(count)]
+    renderer.close()
+    return pictures, renderer
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_sample_is_the_same_picture(scenes, name):
+    (planned,), renderer = passes_of(scenes[name], plan=True)
+    (whole,), off = passes_of(scenes[name], plan=False)
+    assert renderer.plan.sun_rays.runs == (name not in OTHER_NUMBERS)
+    for key in (*LIGHT, "Alpha", "Depth", "Normal", "Albedo"):
+        if key != OTHER_NUMBERS.get(name):
+            np.testing.assert_array_equal(planned[key], whole[key], err_msg=f"{key}: {renderer.plan}")
+    spared = sum(off.statistics["rays"].values()) - sum(renderer.statistics["rays"].values())
+    assert spared > 0 and whole["Direct"].any()
+
+
+@pytest.mark.parametrize("name", OTHER_NUMBERS)
+def test_direct_light_of_sun_and_sky_is_the_same_within_its_noise(scenes, name):
+    count = 24
+    planned, whole = (
+        np.stack([image["Direct"].mean(axis=2) for image in passes_of(scenes[name], plan, {"Direct"}, count)[0]])
+        for plan in (True, False)
+    )
+    mean, noise = planned.mean(axis=(1, 2)), whole.mean(axis=(1, 2))
+    error = np.sqrt((mean.var(ddof=1) + noise.var(ddof=1)) / count)
+    assert abs(mean.mean() - noise.mean()) < 3.5 * error and error < 0.04 * noise.mean()
+    if name == "diffuse_room":  # relative variance, 0.71 of 256 x 256 pixels: most of it is of the sky
+        weight = 1.0 / (whole.mean(axis=0) ** 2 + 0.01)
+        assert (planned.var(axis=0) * weight).mean() < 0.9 * (whole.var(axis=0) * weight).mean()
+
+
+@pytest.mark.parametrize("only", LIGHT)
+def test_one_picture_alone_is_that_of_the_whole_render(scenes, only):
+    (alone,), _ = passes_of(scenes["material_shelf"], True, {only})
+    (whole,), _ = passes_of(scenes["material_shelf"], True)
+    np.testing.assert_array_equal(alone[only], whole[only])
