@@ -45,8 +45,9 @@ def spread_touching(flat: Flattened, refracts: np.ndarray) -> Flattened:
     if not levels:
         return flat
     positions = geometry.positions.copy()
+    order = np.argsort(faces.body, kind="stable")
     for body, level in levels.items():
-        mine = np.flatnonzero(faces.body == body)
+        mine = order[slice(*np.searchsorted(faces.body, [body, body + 1], sorter=order))]
         corners = geometry.triangles[mine]
         vertices, local = np.unique(corners, return_inverse=True)
         way = outward(local.reshape(-1, 3), faces.normal[mine], len(vertices))
@@ -78,18 +79,40 @@ def touching_pairs(faces: Faces, refracts: np.ndarray, step: float) -> set[tuple
     pairs: set[tuple[int, int]] = set()
     coarse = np.rint(normal / NORMAL_GRID).astype(np.int64)
     for shift in (0.0, 0.5):  # planes on each side of a grid line are together on the other grid
-        keys = np.column_stack([coarse, np.floor(distance / (2.0 * step) + shift).astype(np.int64)])
-        _, plane = np.unique(keys, axis=0, return_inverse=True)
-        pairs |= _pairs_in_planes(faces, refracts, plane.ravel(), step)
+        key = _hash(coarse, np.floor(distance / (2.0 * step) + shift).astype(np.int64))
+        index, plane = _shared_planes(key, faces.body)
+        some = Faces(*(field[index] for field in faces))
+        pairs |= _pairs_in_planes(some, refracts[index], plane, step)
     return pairs
+
+
+def _shared_planes(key: np.ndarray, body: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The triangles (n,) in planes of several bodies, and for each the number of its plane; by the planes' keys."""
+    order = np.argsort(key)
+    sorted_key, sorted_body = key[order], body[order]
+    mixed = (sorted_key[1:] == sorted_key[:-1]) & (sorted_body[1:] != sorted_body[:-1])
+    index = order[np.isin(sorted_key, sorted_key[1:][mixed])] if mixed.any() else order[:0]
+    return index, np.unique(key[index], return_inverse=True)[1]
+
+
+def _hash(normal: np.ndarray, distance: np.ndarray) -> np.ndarray:
+    """One number for a plane's four; a clash makes a pair too many."""
+    key = distance * np.int64(0x1D8AF066D3F6E7A5)
+    for k, factor in enumerate((0x2545F4914F6CDD1D, 0x369DEA0F31A53F85, 0x27BB2EE687B0B0FD)):
+        key = (key ^ (key >> 29)) + normal[:, k] * np.int64(factor)
+    return key
 
 
 def _pairs_in_planes(faces: Faces, refracts: np.ndarray, plane: np.ndarray, step: float) -> set[tuple[int, int]]:
     """`touching_pairs` when the plane (T,) of each face is known."""
+    if len(plane) == 0:
+        return set()
     refracting = np.zeros(plane.max() + 1, bool)
     refracting[plane[refracts]] = True
     index = np.flatnonzero(refracting[plane] & faces.normal.any(axis=1))
     order = index[np.lexsort((faces.body[index], plane[index]))]
+    if len(order) == 0:
+        return set()
     first = np.flatnonzero(np.diff(plane[order], prepend=-1) | np.diff(faces.body[order], prepend=-1))
     low, high = np.minimum.reduceat(faces.low[order], first), np.maximum.reduceat(faces.high[order], first)
     clear = np.logical_or.reduceat(refracts[order], first)
@@ -107,7 +130,8 @@ def _runs(values: np.ndarray) -> list[tuple[int, int]]:
     """Spans of equal neighbours of at least two."""
     edges = np.flatnonzero(np.diff(values)) + 1
     starts, ends = np.concatenate([[0], edges]), np.concatenate([edges, [len(values)]])
-    return [(int(a), int(b)) for a, b in zip(starts, ends, strict=True) if b - a > 1]
+    several = ends - starts > 1
+    return list(zip(starts[several].tolist(), ends[several].tolist(), strict=True))
 
 
 def _levels(pairs: set[tuple[int, int]], refracting: set[int]) -> dict[int, int]:
