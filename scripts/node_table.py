@@ -11,7 +11,7 @@ sys.path.insert(0, str(ROOT))
 import bpy  # noqa: E402
 
 import photon_engine.shading.material  # noqa: E402, F401  (fills the registry)
-from photon_engine.shading.fallback import NOT_SUPPORTED, UNSUPPORTED_OUTPUTS, UNSUPPORTED_SETTINGS  # noqa: E402
+from photon_engine.shading.fallback import NOT_SUPPORTED, UNSUPPORTED_OUTPUTS  # noqa: E402
 from photon_engine.shading.registry import REGISTRY  # noqa: E402
 
 # part of every tree: resolved before shading
@@ -52,8 +52,6 @@ def status(name: str) -> tuple[str, str]:
     remarks = []
     if outputs := UNSUPPORTED_OUTPUTS.get(name):
         remarks.append(f"not: {', '.join(sorted(outputs))}")
-    for setting, (values, instead) in UNSUPPORTED_SETTINGS.get(name, {}).items():
-        remarks.append(f"{setting} {', '.join(sorted(values))}: {instead}")
     return "yes", "; ".join(remarks)
 
 

@@ -109,7 +109,7 @@ def multiscatter(rows, row, k, mu, eta):
     out : (scale, darkening rgb); the lobe's weight is multiplied by both, its layering albedo by darkening alone.
     """
     kind = rows.kind[row, k]
-    if rows.params[row, k, MULTISCATTER] == 0.0 or not (kind == REFLECT or kind == GLASS):
+    if rows.params[row, k, MULTISCATTER] != 1.0 or not (kind == REFLECT or kind == GLASS):
         return 1.0, ONE
     rough = float(rows.params[row, k, ROUGHNESS])
     if rough < 0.01:

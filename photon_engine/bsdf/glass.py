@@ -7,12 +7,13 @@ from the eye crosses (the convention of `surface.sample`).
 from __future__ import annotations
 
 from ..jit import kernel
-from ..vec import add, dot, madd, normalize, scale
+from ..vec import add, basis, dot, madd, normalize, scale
 from .albedo import ONE, field3, mix3
 from .fresnel import fresnel_dielectric, schlick_share
-from .layout import COLOR_A, COLOR_B, FRESNEL, FRESNEL_GENERALIZED, GLASS, IOR, ROUGHNESS
-from .microfacet import DELTA_ALPHA, NEARLY_ONE, ggx_d, ggx_lambda, sample_vndf, sin2_between
-from .reflect import BLACK, UP
+from .layout import BECKMANN, COLOR_A, COLOR_B, FRESNEL, FRESNEL_GENERALIZED, GLASS, IOR, MULTISCATTER, ROUGHNESS
+from .microfacet import DELTA_ALPHA, NEARLY_ONE, sin2_between
+from .older import facet_d, facet_lambda
+from .reflect import BLACK, UP, sample_facet
 
 
 @kernel
@@ -72,8 +73,10 @@ def eval_glass(rows, row, k, n, wo, wi, eta):
     if c <= 0.0 or (through and c_i >= 0.0):
         return BLACK, 0.0
     r, t, _, p_reflect = glass_fresnel(rows, row, k, c, eta)
-    g_o = 1.0 + ggx_lambda(cos_o, alpha2)
-    common = ggx_d(sin2_between(n, h), alpha2) / cos_o
+    shape = float(rows.params[row, k, MULTISCATTER])
+    g_o = 1.0 + facet_lambda(shape, cos_o, alpha2)
+    common = facet_d(shape, sin2_between(n, h), alpha2) / cos_o
+    p_facet = cos_o * dot(n, h) / c if shape == BECKMANN else 1.0 / g_o  # over what the density of h has in common
     if through:
         x = c + eta * c_i
         common *= eta * eta * abs(c * c_i) / (x * x)
@@ -81,8 +84,8 @@ def eval_glass(rows, row, k, n, wo, wi, eta):
     else:
         t = r
         common *= 0.25
-    s = common / ((g_o + ggx_lambda(cos_i, alpha2)) * abs(cos_i))
-    return (t[0] * s, t[1] * s, t[2] * s), common * p_reflect / g_o
+    s = common / ((g_o + facet_lambda(shape, cos_i, alpha2)) * abs(cos_i))
+    return (t[0] * s, t[1] * s, t[2] * s), common * p_reflect * p_facet
 
 
 @kernel
@@ -108,9 +111,13 @@ def sample_glass(rows, row, k, n, ng, wo, eta, u):
     rough = float(rows.params[row, k, ROUGHNESS])
     alpha = rough * rough
     h = n
+    shape = float(rows.params[row, k, MULTISCATTER])
     if not delta:
-        h = sample_vndf(wo, n, alpha, u[1], u[2])
+        s, t = basis(n)
+        h = sample_facet(shape, wo, (s, t, n), alpha, alpha, (u[1], u[2]))
     c = dot(h, wo)
+    if c <= 0.0:
+        return False, UP, BLACK, 0.0, False
     value, t, cos_t, p = glass_fresnel(rows, row, k, c, eta)
     through = u[0] >= p
     if through:
@@ -130,9 +137,10 @@ def sample_glass(rows, row, k, n, ng, wo, eta, u):
     if delta:
         return True, wi, (value[0] * s, value[1] * s, value[2] * s), 0.0, through
     alpha2 = alpha * alpha
-    g_o = 1.0 + ggx_lambda(cos_o, alpha2)
-    s *= g_o / (g_o + ggx_lambda(cos_i, alpha2))
-    pdf = p * ggx_d(sin2_between(n, h), alpha2) / (cos_o * g_o)
+    g_o = 1.0 + facet_lambda(shape, cos_o, alpha2)
+    p_facet = cos_o * dot(n, h) / c if shape == BECKMANN else 1.0 / g_o
+    s /= p_facet * (g_o + facet_lambda(shape, cos_i, alpha2))
+    pdf = p * facet_d(shape, sin2_between(n, h), alpha2) * p_facet / cos_o
     if through:
         x = c - eta * cos_t
         pdf *= eta * eta * c * cos_t / (x * x)

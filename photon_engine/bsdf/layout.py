@@ -45,11 +45,13 @@ HAS_NORMAL = 13  # 1: NORMAL replaces the surface's shading normal; DISPLACED: i
 NORMAL = 14  # 3: unit, world, on the side of the geometric normal
 GROUP = 17  # lobes of the same group > 0 are layered: see LAYER
 LAYER = 18  # > 0: share covered (coat weight; specular: 1); later lobes of the group get what its albedo leaves
-MULTISCATTER = 19  # 1: energy lost between microfacets is given back (Multiscatter GGX)
+MULTISCATTER = 19  # 1: energy lost between microfacets is given back (Multiscatter GGX); or another shape of facets:
 TINT = 20  # 3: coat tint: what passes under this layer is multiplied by TINT^(1/cos in the coat)
 TANGENT = 24  # 3: world, any length, with ANISOTROPY
 N_FIELDS = 27
 DISPLACED = 2.0  # value of HAS_NORMAL
+BECKMANN = 2.0  # values of MULTISCATTER: facets that are not GGX's; REFLECT, and Beckmann's also GLASS and REFRACT
+ASHIKHMIN = 3.0
 
 # classes of a lobe, deciding the pass a path belongs to
 CLASS_NULL = 0  # goes straight through

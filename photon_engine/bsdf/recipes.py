@@ -15,6 +15,7 @@ from . import layout as lay
 from .layout import Lobe
 
 MULTI = "MULTI_GGX"
+FACETS = {MULTI: 1.0, "BECKMANN": lay.BECKMANN, "ASHIKHMIN_SHIRLEY": lay.ASHIKHMIN}  # MULTISCATTER; GGX: 0
 SMOOTH = 0.01  # roughness of a mirror (microfacet.DELTA_ALPHA)
 _group_ids = itertools.count(1)
 
@@ -53,6 +54,11 @@ def factor(value) -> np.ndarray:
 def unit(value) -> np.ndarray:
     """A number for each hit, clamped to [0, 1]."""
     return np.clip(column(value), 0.0, 1.0)
+
+
+def facets(distribution: str) -> np.ndarray:
+    """The field MULTISCATTER of a distribution's name."""
+    return column(FACETS.get(distribution, 0.0))
 
 
 def next_group() -> int:
@@ -127,7 +133,7 @@ def glossy(base, roughness, normal=None, distribution=MULTI, anisotropy=0.0, tan
     base = color(base)
     return make(
         lay.REFLECT, base, normal, roughness=unit(roughness), fresnel=column(lay.FRESNEL_NONE), ior=column(1.5),
-        color_a=base, multiscatter=column(distribution == MULTI), **stretched(glossy_ratio(anisotropy), tangent),
+        color_a=base, multiscatter=facets(distribution), **stretched(glossy_ratio(anisotropy), tangent),
     )  # fmt: skip
 
 
@@ -138,7 +144,7 @@ def metallic_f82(
     return make(
         lay.REFLECT, 1.0, normal, roughness=unit(roughness), fresnel=column(lay.FRESNEL_F82), ior=column(1.5),
         color_a=np.minimum(color(base), 1.0), color_b=np.minimum(color(edge_tint), 1.0),
-        multiscatter=column(distribution == MULTI), **stretched(layered_ratio(anisotropy), tangent),
+        multiscatter=facets(distribution), **stretched(layered_ratio(anisotropy), tangent),
     )  # fmt: skip
 
 
@@ -148,7 +154,7 @@ def metallic_conductor(
     """Metallic BSDF, physical conductor of complex index n + ik for each channel."""
     return make(
         lay.REFLECT, 1.0, normal, roughness=unit(roughness), fresnel=column(lay.FRESNEL_CONDUCTOR), ior=column(1.5),
-        color_a=color(index), color_b=color(extinction), multiscatter=column(distribution == MULTI),
+        color_a=color(index), color_b=color(extinction), multiscatter=facets(distribution),
         **stretched(layered_ratio(anisotropy), tangent),
     )  # fmt: skip
 
@@ -159,13 +165,16 @@ def glass(base, roughness, ior, normal=None, distribution=MULTI) -> list[Lobe]:
     return make(
         lay.GLASS, np.any(base > 0.0, axis=1), normal, roughness=unit(roughness),
         fresnel=column(lay.FRESNEL_DIELECTRIC), ior=np.maximum(column(ior), 1e-5), color_a=base, color_b=base,
-        multiscatter=column(distribution == MULTI),
+        multiscatter=facets(distribution),
     )  # fmt: skip
 
 
-def refraction(base, roughness, ior, normal=None) -> list[Lobe]:
+def refraction(base, roughness, ior, normal=None, distribution="GGX") -> list[Lobe]:
     """Refraction BSDF: refracts only; total internal reflection is black."""
-    return make(lay.REFRACT, color(base), normal, roughness=unit(roughness), ior=np.maximum(column(ior), 1e-5))
+    return make(
+        lay.REFRACT, color(base), normal, roughness=unit(roughness), ior=np.maximum(column(ior), 1e-5),
+        multiscatter=facets(distribution),
+    )  # fmt: skip
 
 
 def sheen(base, roughness, normal=None, weight=1.0, **layer) -> list[Lobe]:

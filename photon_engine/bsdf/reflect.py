@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..jit import kernel
-from ..vec import add, basis, dot, normalize
+from ..vec import add, basis, dot, madd, normalize
 from .albedo import ONE, field3, mix3
 from .fresnel import fresnel_conductor, fresnel_dielectric, fresnel_f82, schlick_share
 from .layout import (
@@ -16,10 +16,12 @@ from .layout import (
     FRESNEL_F82,
     FRESNEL_NONE,
     IOR,
+    MULTISCATTER,
     ROUGHNESS,
     TANGENT,
 )
 from .microfacet import DELTA_ALPHA, frame_along, ggx_d_stretched, ggx_lambda_stretched, sample_vndf_stretched
+from .older import sample_older, value_older
 
 BLACK = (0.0, 0.0, 0.0)
 UP = (0.0, 0.0, 1.0)
@@ -71,6 +73,16 @@ def to_local(w, frame):
 
 
 @kernel
+def sample_facet(shape, wo, frame, ax, ay, u):
+    """A facet normal: a visible one of GGX, or of another shape; it may face away from wo then."""
+    if shape <= 1.0:
+        return sample_vndf_stretched(wo, frame, ax, ay, u)
+    s, t, n = frame
+    h = sample_older(shape, ax, ay, u[0], u[1])
+    return madd(madd((h[0] * s[0], h[0] * s[1], h[0] * s[2]), h[1], t), h[2], n)
+
+
+@kernel
 def eval_reflect(rows, row, k, n, wo, wi):
     """GGX reflection, f = F D G2 / (4 (n.wo) (n.wi)), and the density of `sample_reflect` [Walter et al. 2007, Eq. 20].
 
@@ -85,11 +97,15 @@ def eval_reflect(rows, row, k, n, wo, wi):
     h = normalize(add(wo, wi))
     ax, ay = widths(rows, row, k, alpha)
     frame = facet_frame(rows, row, k, n)
+    f = reflect_fresnel(rows, row, k, dot(h, wo))
+    shape = float(rows.params[row, k, MULTISCATTER])
+    if shape > 1.0:
+        s, pdf = value_older(shape, to_local(h, frame), to_local(wo, frame), to_local(wi, frame), ax, ay)
+        return (f[0] * s, f[1] * s, f[2] * s), pdf
     d = ggx_d_stretched(to_local(h, frame), ax, ay)
     lambda_o = ggx_lambda_stretched(to_local(wo, frame), ax, ay)
     pdf = d / (4.0 * cos_o * (1.0 + lambda_o))
     s = d / (4.0 * cos_o * cos_i * (1.0 + lambda_o + ggx_lambda_stretched(to_local(wi, frame), ax, ay)))
-    f = reflect_fresnel(rows, row, k, dot(h, wo))
     return (f[0] * s, f[1] * s, f[2] * s), pdf
 
 
@@ -108,9 +124,12 @@ def sample_reflect(rows, row, k, n, ng, wo, u1, u2):
     ax, ay = widths(rows, row, k, alpha)
     frame = facet_frame(rows, row, k, n)
     h = n
+    shape = float(rows.params[row, k, MULTISCATTER])
     if alpha > DELTA_ALPHA:
-        h = sample_vndf_stretched(wo, frame, ax, ay, (u1, u2))
+        h = sample_facet(shape, wo, frame, ax, ay, (u1, u2))
     c = dot(h, wo)
+    if c <= 0.0:
+        return False, UP, BLACK, 0.0
     wi = (2.0 * c * h[0] - wo[0], 2.0 * c * h[1] - wo[1], 2.0 * c * h[2] - wo[2])
     cos_i = dot(n, wi)
     if cos_i <= 1e-9 or dot(ng, wi) <= 0.0:
@@ -118,6 +137,10 @@ def sample_reflect(rows, row, k, n, ng, wo, u1, u2):
     f = reflect_fresnel(rows, row, k, c)
     if alpha <= DELTA_ALPHA:
         return True, wi, f, 0.0
+    if shape > 1.0:
+        s, pdf = value_older(shape, to_local(h, frame), to_local(wo, frame), to_local(wi, frame), ax, ay)
+        s = s * cos_i / pdf if pdf > 0.0 else 0.0
+        return True, wi, (f[0] * s, f[1] * s, f[2] * s), pdf
     g_o = 1.0 + ggx_lambda_stretched(to_local(wo, frame), ax, ay)
     s = g_o / (g_o + ggx_lambda_stretched(to_local(wi, frame), ax, ay))
     pdf = ggx_d_stretched(to_local(h, frame), ax, ay) / (4.0 * cos_o * g_o)

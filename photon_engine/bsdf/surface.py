@@ -193,7 +193,7 @@ def needs_adjoint_weights(rows, row, k):
     """Whether a lobe's effective weight depends on the view."""
     if rows.kind[row, k] == SHEEN:
         return True
-    return rows.params[row, k, GROUP] > 0.0 or rows.params[row, k, MULTISCATTER] != 0.0
+    return rows.params[row, k, GROUP] > 0.0 or rows.params[row, k, MULTISCATTER] == 1.0
 
 
 @inlined

@@ -35,13 +35,6 @@ NOT_SUPPORTED = {
 UNSUPPORTED_OUTPUTS = {
     "ShaderNodeLightFalloff": {"Linear", "Constant"},
 }
-# type -> setting -> (unsupported values, what is done instead)
-UNSUPPORTED_SETTINGS = {
-    "ShaderNodeBsdfGlossy": {"distribution": ({"BECKMANN", "ASHIKHMIN_SHIRLEY"}, "GGX is used")},
-    "ShaderNodeBsdfAnisotropic": {"distribution": ({"BECKMANN", "ASHIKHMIN_SHIRLEY"}, "GGX is used")},
-    "ShaderNodeBsdfGlass": {"distribution": ({"BECKMANN"}, "GGX is used")},
-    "ShaderNodeBsdfRefraction": {"distribution": ({"BECKMANN"}, "GGX is used")},
-}
 # inputs that change nothing here unless they have this value
 IGNORED_INPUTS = {"Thin Film Thickness": 0.0, "Thin Wall": 0.0}
 
@@ -54,9 +47,6 @@ def report_unsupported(item: Node, used: set[str], material: str, issues: IssueL
         return
     for output in sorted(UNSUPPORTED_OUTPUTS.get(item.type, set()) & used):
         issues.warn(where, f"the output {output} is not supported yet", "0 is used instead")
-    for setting, (values, instead) in UNSUPPORTED_SETTINGS.get(item.type, {}).items():
-        if item.props.get(setting) in values:
-            issues.warn(where, f"{setting} {item.props[setting]} is not supported yet", instead)
     if "SHADER" not in item.output_kinds.values():
         return
     deep = item.inputs.get("Subsurface Weight")

@@ -25,6 +25,16 @@ ROUGH = {
     "gold": lambda: recipes.metallic_conductor([0.18, 0.42, 1.37], [3.42, 2.35, 1.77], 0.4),
     "glass": lambda: recipes.glass(TINT, 0.4, 1.5, distribution="GGX"),
     "glass_multi": lambda: recipes.glass(TINT, 0.7, 1.5),
+    "glossy_beckmann": lambda: recipes.glossy(TINT, 0.6, distribution="BECKMANN"),
+    "glossy_ashikhmin": lambda: recipes.glossy(TINT, 0.6, distribution="ASHIKHMIN_SHIRLEY"),
+    "beckmann_stretched": lambda: recipes.glossy(
+        TINT, 0.5, distribution="BECKMANN", anisotropy=0.4, tangent=np.array([[0.8, 0.6, 0.1]])
+    ),
+    "ashikhmin_stretched": lambda: recipes.glossy(
+        TINT, 0.6, distribution="ASHIKHMIN_SHIRLEY", anisotropy=-0.3, tangent=np.array([[0.8, 0.6, 0.1]])
+    ),
+    "glass_beckmann": lambda: recipes.glass(TINT, 0.5, 1.5, distribution="BECKMANN"),
+    "refraction_beckmann": lambda: recipes.refraction(TINT, 0.5, 1.4, distribution="BECKMANN"),
     "glass_water": lambda: recipes.glass(TINT, 0.5, 0.75, distribution="GGX"),
     "refraction": lambda: recipes.refraction(TINT, 0.5, 1.33),
     "principled": lambda: recipes.principled(base_color=TINT),

@@ -92,7 +92,8 @@ def glass(x, props, points):
 @node("ShaderNodeBsdfRefraction", varies=linked_normal())
 def refraction(x, props, points):
     """A dielectric that only refracts."""
-    return {"BSDF": recipes.refraction(x["Color"], x["Roughness"], x["IOR"], outward(x, points))}
+    distribution = props.get("distribution", "GGX")
+    return {"BSDF": recipes.refraction(x["Color"], x["Roughness"], x["IOR"], outward(x, points), distribution)}
 
 
 @node("ShaderNodeBsdfTranslucent", varies=linked_normal())

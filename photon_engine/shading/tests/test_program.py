@@ -4,6 +4,7 @@ import pytest
 from ...bsdf import layout
 from ...issues import IssueLog
 from ...scene.data import Graph, Image, Material, Node, Socket
+from ..fallback import NOT_SUPPORTED
 from ..material import compile_material, may_refract
 from ..points import ShadePoints, probe_points
 from ..program import constant_background
@@ -153,6 +154,18 @@ def test_unknown_texture_is_middle_grey():
     b.diffuse(("RGBA", noise, "Color"))
     np.testing.assert_allclose(b.program().lobes()[0].weight, [[0.5, 0.5, 0.5]])
     assert len(b.issues) == 1
+
+
+@pytest.mark.parametrize("kind", NOT_SUPPORTED)
+def test_what_is_left_out_is_named_once(kind):
+    """By material, node and type, with what is used instead: script nodes, rays while shading, other engines' nodes."""
+    b = Builder()
+    left_out = b.add(kind, {"Out": "RGBA", "More": "VALUE"})
+    b.mix(("VALUE", left_out, "More"), b.diffuse(("RGBA", left_out, "Out")), b.emission())
+    b.program()
+    b.program()
+    named = [f"Test > {kind} 0" in str(issue) and "its outputs are 0.5" in str(issue) for issue in b.issues]
+    assert named == [True]
 
 
 def test_unsupported_inputs_are_reported():
