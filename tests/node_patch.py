@@ -26,8 +26,8 @@ from photon_engine.shading.trail import CAMERA  # noqa: E402
 from photon_engine.transport.renderer import Renderer  # noqa: E402
 
 SIZE = 32
-# Cycles' filter of 0.01 px shifts samples by up to 0.005 px, 1.6e-4 of the patch; half-float tables and float32
-# arithmetic stay below that, so smooth outputs of slope <= 3 agree within 1e-3
+# Cycles' filter of 0.01 px shifts samples by up to 0.005 px, which is measured once; half-float tables and float32
+# arithmetic remain, and through the whole engine, whose samples lie elsewhere, 1.6e-4 of the patch times the slope
 TOLERANCE = 1e-3
 LIFT = 2.0  # added to a quarter of the output
 CORNER_COLORS = [(0.1, 0.2, 0.9, 0.3), (0.8, 0.3, 0.5, 0.4), (0.9, 0.9, 0.4, 0.6), (0.2, 0.8, 0.8, 0.5)]
@@ -63,6 +63,12 @@ class Patch:
         self.material = bpy.data.materials.new("Patch")
         self.material.use_nodes = True
         self._mesh()
+        self.places = self._measured_places()
+
+    def _measured_places(self) -> np.ndarray:
+        """Where Cycles' sample of each pixel lies on the patch, (SIZE * SIZE, 2) f32 in [-1, 1]; for all nodes alike."""
+        self.wire(lambda tree: out(tree.nodes.new("ShaderNodeUVMap"), "UV"))
+        return (2.0 * self.cycles()[:, :2] - 1.0).astype(np.float32)
 
     def _mesh(self) -> None:
         """A square in the world's xy plane whose object is turned; uv 0 .. 1."""
@@ -112,9 +118,8 @@ class Patch:
         return 4.0 * (picture[::-1].reshape(-1, 3) - LIFT)
 
     def points(self, back: bool = False) -> ShadePoints:
-        """The points that the pixels' centres see."""
-        at = ((np.arange(SIZE) + 0.5) / SIZE * 2.0 - 1.0).astype(np.float32)
-        x, y = (grid.ravel() for grid in np.meshgrid(at, at))
+        """The points that Cycles' samples see."""
+        x, y = self.places.T
         n = len(x)
         zero = np.zeros(n, np.float32)
         eye = np.array(self.camera.location, np.float32)

@@ -37,7 +37,7 @@ def test_sky(patch, kind, case):
         return dim.outputs[0]
 
     # 0.1 of the radiance: at the horizon and near the sun it is steep
-    patch.compare(build, 3e-3, outliers=SIZE)
+    patch.compare(build, 1e-3, outliers=SIZE)
 
 
 @pytest.mark.parametrize("kind", [k for k in enum("ShaderNodeTexSky", "sky_type") if "_SCATT" in k or k == "NISHITA"])
@@ -51,4 +51,4 @@ def test_sun_disc(patch, kind, elevation):
         feed(tree, dim, Vector=node.outputs[0], Scale=0.01)  # the disc hides the input: Generated is the direction
         return dim.outputs[0]
 
-    patch.compare(build, 3e-3, outliers=2 * SIZE)  # the edge of the disc
+    patch.compare(build, 1e-3, outliers=2 * SIZE)  # the edge of the disc
