@@ -22,7 +22,20 @@ STRUCTURE = {
     "ShaderNodeOutputLight": "surface",
 }  # fmt: skip
 # of Blender 4.5 alone
-OLD_ONLY = {"ShaderNodeTexPointDensity"}
+OLD_ONLY = {
+    "ShaderNodeTexPointDensity", "ShaderNodeCombineHSV", "ShaderNodeCombineRGB", "ShaderNodeSeparateHSV",
+    "ShaderNodeSeparateRGB",
+}  # fmt: skip
+# what a supported node does otherwise; renders report it too
+PARTLY = {
+    "ShaderNodeBsdfPrincipled": "subsurface as diffuse; no thin film, no thin wall",
+    "ShaderNodeBsdfMetallic": "no thin film",
+    "ShaderNodeBsdfGlass": "no thin film",
+    "ShaderNodeSubsurfaceScattering": "as diffuse",
+    "ShaderNodeVolumeScatter": "only what it absorbs",
+    "ShaderNodeVolumePrincipled": "only what it absorbs",
+    "ShaderNodeVolumeCoefficients": "only what it absorbs",
+}
 
 
 def node_types() -> list[str]:
@@ -49,7 +62,7 @@ def status(name: str) -> tuple[str, str]:
         return "yes", STRUCTURE[name]
     if name not in REGISTRY:
         return "no", NOT_SUPPORTED.get(name, "")
-    remarks = []
+    remarks = [PARTLY[name]] if name in PARTLY else []
     if outputs := UNSUPPORTED_OUTPUTS.get(name):
         remarks.append(f"not: {', '.join(sorted(outputs))}")
     return "yes", "; ".join(remarks)

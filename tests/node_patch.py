@@ -66,7 +66,7 @@ class Patch:
         self.places = self._measured_places()
 
     def _measured_places(self) -> np.ndarray:
-        """Where Cycles' sample of each pixel lies on the patch, (SIZE * SIZE, 2) f32 in [-1, 1]; for all nodes alike."""
+        """Where Cycles' sample of each pixel lies on the patch, (SIZE * SIZE, 2) f32 in [-1, 1], for all nodes."""
         self.wire(lambda tree: out(tree.nodes.new("ShaderNodeUVMap"), "UV"))
         return (2.0 * self.cycles()[:, :2] - 1.0).astype(np.float32)
 
