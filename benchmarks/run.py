@@ -6,6 +6,7 @@
 - start: cold (empty kernel cache) and warm, to the first finished pass
 - Blender's side: enabling the extension, reading a million triangles
 - materials: microseconds a hit of 30 nodes, nanoseconds an image lookup beside OpenImageIO's
+- plan: what leaving out the needless is worth (`python -m benchmarks.plan` for all samples)
 - memory: bytes a stored photon in the map, peak of the process
 """
 
@@ -175,6 +176,7 @@ def main() -> None:
     parser.add_argument("-o", "--output", default=str(ROOT / "out" / "bench.json"))
     target = Path(parser.parse_args().output)
     from benchmarks import materials
+    from benchmarks.plan import worth
     from photon_engine.settings import Settings
 
     scene = load("cornell_caustics")
@@ -187,6 +189,7 @@ def main() -> None:
         "blender": blender_side(),
         "materials": materials.measure(),
         "error": reference_curve(),
+        "plan": worth(("diffuse_room", "pool"), repeats=1, passes=4),
         "peak_memory_MB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
     }
     target.parent.mkdir(parents=True, exist_ok=True)
