@@ -110,6 +110,6 @@ def test_node(patch, kind):
         compare = patch.compare_engine if kind in ENGINE else patch.compare
         try:
             # edges of cells, bricks and steps: at most two rows of pixels
-            compare(build_with(kind, setting, choice), 1e-2 if kind in STEEP else 4e-3, outliers=2 * SIZE, flat=None)
+            compare(build_with(kind, setting, choice), 1e-2 if kind in STEEP else 1e-3, outliers=2 * SIZE, flat=None)
         except AssertionError as error:
             raise AssertionError(f"{kind} {setting} {choice}: {error}") from error
