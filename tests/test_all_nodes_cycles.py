@@ -15,7 +15,7 @@ pytest.importorskip("OpenImageIO")
 from photon_engine.shading.fallback import NOT_SUPPORTED, UNSUPPORTED_OUTPUTS  # noqa: E402
 from photon_engine.shading.registry import REGISTRY  # noqa: E402
 from scripts.node_table import STRUCTURE, node_types, table  # noqa: E402
-from tests.node_patch import SIZE, Patch, feed, new, ramp  # noqa: E402
+from tests.node_patch import SIZE, TOLERANCE, Patch, feed, new, ramp  # noqa: E402
 
 NODES = Path(__file__).parent.parent / "docs" / "nodes.md"
 LINKED = ("VECTOR", "RGBA", "VALUE")
@@ -26,8 +26,6 @@ ENGINE = {
     "ShaderNodeObjectInfo", "ShaderNodeParticleInfo", "ShaderNodePointInfo", "ShaderNodeTangent", "ShaderNodeTexCoord",
     "ShaderNodeUVMap", "ShaderNodeVectorTransform", "ShaderNodeVertexColor", "ShaderNodeWireframe",
 }
-# a square root, a logarithm or a quotient is steep somewhere on the patch: tests of their own hold these to 1e-3
-STEEP = {"ShaderNodeMath", "ShaderNodeVectorMath", "ShaderNodeTexSky", "ShaderNodeMapRange"}
 # their own tests: of a surface, a lamp, and of hashes that no neighbouring float shares
 ELSEWHERE = {
     "ShaderNodeBump", "ShaderNodeDisplacement", "ShaderNodeLightFalloff", "ShaderNodeTexWhiteNoise",
@@ -110,6 +108,6 @@ def test_node(patch, kind):
         compare = patch.compare_engine if kind in ENGINE else patch.compare
         try:
             # edges of cells, bricks and steps: at most two rows of pixels
-            compare(build_with(kind, setting, choice), 1e-2 if kind in STEEP else 1e-3, outliers=2 * SIZE, flat=None)
+            compare(build_with(kind, setting, choice), TOLERANCE, outliers=2 * SIZE, flat=None)
         except AssertionError as error:
             raise AssertionError(f"{kind} {setting} {choice}: {error}") from error
