@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from ..issues import IssueLog, RenderError
 from ..scene.data import Graph, Material, SceneData
 
@@ -26,6 +28,13 @@ def check_scene(scene: SceneData, issues: IssueLog) -> None:
         raise RenderError(scene.name, "there is nothing to render", "add objects, or enable them for rendering")
     if not lit:
         issues.warn(scene.name, "there is no light: the picture will be black", "add a lamp or light the world")
+
+
+def check_picture(scene: SceneData, combined: np.ndarray, issues: IssueLog) -> None:
+    """Warn of a finished picture (h, w, c) that is black all over though the scene has light."""
+    if not np.any(combined[:, :, :3]) and is_lit(scene):
+        message = "no light reaches anything that the camera sees: the picture is black"
+        issues.warn(scene.camera.name, message, "see whether the camera is inside an object, or behind a wall")
 
 
 def is_lit(scene: SceneData) -> bool:

@@ -14,7 +14,7 @@ from ..film.passes import ALL_NAMES, ERROR_MAPS
 from ..issues import IssueLog, RenderError, StopReason
 from ..scene.data import SceneData
 from ..settings import Settings
-from .checks import check_scene
+from .checks import check_picture, check_scene
 from .listener import Listener, Progress, memory, seconds_left
 from .watch import ErrorWatch
 from .worker import Abandoned, Worker
@@ -112,6 +112,8 @@ class Session:
         self._halves = Halves(fresh.height, fresh.width, fresh.exposure) if self.settings.denoise != "OFF" else None
         self._render(Worker(listener), max(first, self.film.next_pass))
         if self.film.count:
+            if "Combined" in self.outputs:
+                check_picture(self.scene, self.film.picture("Combined"), self.issues)
             self._measure(last=True)
             self._measure_denoised(last=True)
             self.finish(listener)

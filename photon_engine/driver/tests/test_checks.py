@@ -1,8 +1,9 @@
+import numpy as np
 import pytest
 
 from ...issues import IssueLog, RenderError
 from ...scene.data import Graph, Instance, Material, Node, SceneData, Socket
-from ..checks import check_scene, is_lit
+from ..checks import check_picture, check_scene, is_lit
 from .fake import triangle_scene
 
 
@@ -46,6 +47,19 @@ def test_no_light_is_a_warning():
     issues = IssueLog()
     check_scene(triangle_scene(), issues)
     assert len(issues) == 0
+
+
+@pytest.mark.parametrize(("scene", "level", "told"), [
+    (triangle_scene(), 0.0, True), (triangle_scene(), 1e-6, False), (dark_scene(), 0.0, False),
+])  # fmt: skip
+def test_a_black_picture_of_a_lit_scene_is_told(scene, level, told):
+    """As from inside a wall; without any light `check_scene` has said so."""
+    issues = IssueLog()
+    picture = np.zeros((4, 6, 4), np.float32)
+    picture[..., 3] = 1.0
+    picture[2, 3, 1] = level
+    check_picture(scene, picture, issues)
+    assert [issue.object for issue in issues] == ([scene.camera.name] if told else [])
 
 
 @pytest.mark.parametrize("kind", ["ShaderNodeEmission", "ShaderNodeBsdfPrincipled"])
