@@ -4,6 +4,7 @@ import bpy
 
 from photon_engine.blender.extract import extract_scene
 from photon_engine.issues import IssueLog
+from photon_engine.scene.typed import check_record
 from photon_engine.scene.validate import check_scene
 
 
@@ -33,6 +34,7 @@ def cube(name="Cube", collection=None):
 def extract(issues=None):
     """The scene as a viewport depsgraph gives it, checked for consistency."""
     data = extract_scene(bpy.context.evaluated_depsgraph_get(), issues if issues is not None else IssueLog())
+    check_record(data)
     check_scene(data)
     return data
 

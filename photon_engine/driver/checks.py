@@ -5,7 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from ..issues import IssueLog, RenderError
+from ..scene.archive import physical_memory
 from ..scene.data import Graph, Material, SceneData
+
+BYTES_PER_PIXEL = 450  # of the film's sums, one pass, and the finished pictures
 
 # nodes that give light -> inputs of which none may be zero
 EMITTERS = {
@@ -23,6 +26,10 @@ def check_scene(scene: SceneData, issues: IssueLog) -> None:
         raise RenderError(scene.name, f"the resolution is {size}", "set both above 0, and the percentage too")
     if frame.x1 <= frame.x0 or frame.y1 <= frame.y0:
         raise RenderError(scene.name, "the render border is empty", "draw it inside the camera's frame, or clear it")
+    needed, there = BYTES_PER_PIXEL * (frame.x1 - frame.x0) * (frame.y1 - frame.y0), physical_memory()
+    if needed > there:
+        size = f"{frame.x1 - frame.x0} x {frame.y1 - frame.y0} pixels need {needed / 2**30:.0f} GB of memory"
+        raise RenderError(scene.name, f"{size}, there are {there / 2**30:.0f}", "render fewer pixels, or parts of them")
     lit = is_lit(scene)
     if not scene.instances and not has_world(scene):
         raise RenderError(scene.name, "there is nothing to render", "add objects, or enable them for rendering")

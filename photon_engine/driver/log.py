@@ -68,7 +68,7 @@ def run_record(session: Any) -> dict[str, Any]:
 def evidence(session: Any) -> dict[str, Any]:
     """What a picture says of itself: why it was finished, with which radii, how wrong it still is, on what it was made.
 
-    radii : by map, of each pass: its number, the radius in pixels, and at most how many metres
+    radii : by map, of each pass: its number, the radius in pixels, and at most and at least how many metres
     """
     return {
         "stop": session.stop.value if session.stop else "an error",

@@ -16,6 +16,7 @@ from ..scene.data import SceneData
 from ..settings import Settings
 from .checks import check_picture, check_scene
 from .listener import Listener, Progress, memory, seconds_left
+from .overflow import overflow_error
 from .watch import ErrorWatch
 from .worker import Abandoned, Worker
 
@@ -158,6 +159,9 @@ class Session:
                     self._halves.add(image)
             except Abandoned:
                 raise
+            except FloatingPointError as error:
+                error.add_note(f"while rendering pass {index} of seed {self.settings.seed}")
+                raise overflow_error(self.scene, error) or error from error
             except Exception as error:
                 error.add_note(f"while rendering pass {index} of seed {self.settings.seed}")
                 raise

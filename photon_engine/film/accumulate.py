@@ -1,27 +1,31 @@
 """The film: means over the passes of the progressive loop, their variance, and merging.
 
-First and second moments are kept as plain sums in double. A pass holds float32 values (24 bits), so a sum of N of them
-is exact in double as long as their sizes differ by less than 2^29 / N: passes [0, 4) merged with [4, 8) give the bits
-of [0, 8). The same choice makes M2 = sum x^2 - (sum x)^2 / n wrong by about 2^-53 of the squared mean, a standard
-deviation of 1e-8 of the mean: below the rounding of the float32 values that went in, hence no Welford update.
+Values are kept as plain sums in double. A pass holds float32 values (24 bits), so a sum of N of them is exact in double
+as long as their sizes differ by less than 2^29 / N: passes [0, 4) merged with [4, 8) give the bits of [0, 8).
 
-A picture that has been black so far has no sums and no squares: what a render leaves out takes no memory.
+Second moments are kept as sums of squared deviations from the mean (Welford's update, Chan's when merging), since
+sum x^2 - (sum x)^2 / n loses all digits where a bright steady part hides a dim noisy one: after a million passes of
+mean 1e6 it showed a deviation of 0.2 where there was 1e-3. Merged variances agree to rounding, not to the bit.
+
+A picture that has been black so far has no sums, and one that did not vary no squares: what a render leaves out takes
+no memory.
 """
 
 from __future__ import annotations
 
 import json
-import zipfile
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ..issues import RenderError
+from ..scene.archive import Archive, BadArchive
 from .output import OutputError, check_writable
-from .passes import BACKGROUND_DEPTH, BIASES, BY_NAME, ERROR_MAPS, LIGHT_NAMES, MEASURED, NOISY, RAW
+from .passes import BACKGROUND_DEPTH, BIASES, BY_NAME, LIGHT_NAMES, MEASURED, NOISY, RAW
 
-FORMAT = 3
+FORMAT = 4
 STRIP = 16  # [px] rows that are measured together: more than any neighbourhood in film/error.py
 
 
@@ -44,7 +48,8 @@ class Film:
         self.rows = measured_rows(height, width, most_measured)  # None: all
         self.blocks: list[tuple[int, int, int]] = []  # (seed, first pass, end) of what is in, sorted, disjoint
         self.sums: dict[str, np.ndarray] = {}  # raw picture -> (h, w, c) f64, biases (rows, w, 3)
-        self.squares: dict[str, np.ndarray] = {}  # one of MEASURED -> (rows, w, 3) f64
+        # one of MEASURED -> (rows, w, 3) f64, the sum over passes of the squared deviation from the mean
+        self.squares: dict[str, np.ndarray] = {}
         self.depth = np.full((height, width, 1), np.float32(BACKGROUND_DEPTH))
         self.depth_block = (2**63, 2**63)  # (pass, seed) that the depth is of: the lowest wins, whatever the order
         self.meta: dict = {}  # what rendered it (settings, scene name), saved along
@@ -78,17 +83,26 @@ class Film:
         lit = {name: image[name] for name in RAW if name != "Depth" and image[name].any()}
         if not self.measures:
             lit = {name: picture for name, picture in lit.items() if name not in BIASES.values()}
+        if self.measures and self.count:  # the first pass does not deviate from itself
+            self._add_deviations(lit, rows)
         for name, picture in lit.items():
             _add(self.sums, name, picture[rows] if name in BIASES.values() else picture)
-        for name, parts in MEASURED.items() if self.measures else ():
-            values = [lit[part][rows].astype(np.float64) for part in parts if part in lit]
-            if values:
-                value = sum(values[1:], values[0])
-                _add(self.squares, name, np.multiply(value, value, out=value))
         if (index, self.seed) < self.depth_block:
             self.depth_block = (index, self.seed)
             self.depth = np.minimum(image["Depth"], np.float32(BACKGROUND_DEPTH))
         self.blocks = blocks
+
+    def _add_deviations(self, lit: dict[str, np.ndarray], rows) -> None:
+        """Add a pass's squared deviations from the mean of those before; lit: its raw pictures that are not black."""
+        n = self.count
+        for name, parts in MEASURED.items():
+            values = [lit[part][rows].astype(np.float64) for part in parts if part in lit]
+            if not values and not any(part in self.sums for part in parts):
+                continue
+            gap = sum(values[1:], values[0] if values else 0.0) - self._measured_total(name) / n
+            gap *= gap
+            gap *= n / (n + 1.0)
+            _add(self.squares, name, gap)
 
     def _check(self, name: str, channels: int, values: np.ndarray) -> None:
         """Raise when a pass has the wrong shape or holds a NaN or (but for Depth) an infinity."""
@@ -108,6 +122,12 @@ class Film:
         blocks = _united([*self.blocks, *other.blocks])
         if self.most_measured != other.most_measured:
             raise RenderError("merge", "error bars are kept of different pixels", "save both with the same --maps")
+        if self.measures and self.count and other.count:
+            weight = self.count * other.count / (self.count + other.count)
+            for name in MEASURED:
+                gap = self._measured_total(name) / self.count - other._measured_total(name) / other.count
+                if np.any(gap):
+                    _add(self.squares, name, np.asarray(gap * gap * weight))
         for mine, theirs in ((self.sums, other.sums), (self.squares, other.squares)):
             for name, total in theirs.items():
                 _add(mine, name, total)
@@ -127,15 +147,12 @@ class Film:
     def picture(self, name: str) -> np.ndarray:
         """The mean of one pass: (h, w, c) f32, exposure applied; zero before the first pass, with no depth.
 
-        Combined is the sum of the five light passes, its alpha the mean of Alpha. "Noisy X" is X: see film/darkroom.
+        Combined is the sum of the five light passes, its alpha the mean of Alpha. "Noisy X" is X: see film/darkroom,
+        which also makes the maps of the errors.
         """
         name = name.removeprefix(NOISY)
         if name == "Depth":
             return self.depth
-        if name in ERROR_MAPS:
-            from .error import error_map
-
-            return getattr(error_map(self, "Combined"), name.lower()).astype(np.float32)
         n = max(self.count, 1)
         if name == "Combined":
             rgb = self._added(LIGHT_NAMES) * (self.exposure / n)
@@ -157,10 +174,9 @@ class Film:
             raise ValueError("only some rows have a variance: ask film.measured()")
         if n < 2:
             return np.full((self.height, self.width, 3), np.nan)
-        total = self._total(name)
-        square = self.squares.get(name, 0.0)
-        m2 = np.maximum(square - total * total / n, 0.0)  # below 0 only by rounding, see the module
-        return m2 / (n - 1) * self.exposure**2
+        if name not in self.squares:  # every pass had the same
+            return np.zeros((self.height, self.width, 3))
+        return self.squares[name] / (n - 1) * self.exposure**2
 
     def _total(self, name: str) -> np.ndarray:
         """The sum over passes of one of passes.MEASURED."""
@@ -170,6 +186,13 @@ class Film:
         """The sum of some raw pictures' sums, not to be written to; zeros where all are black."""
         parts = [self.sums[name] for name in names if name in self.sums]
         return sum(parts[1:], parts[0]) if parts else np.zeros((self.height, self.width, RAW[next(iter(names))]))
+
+    def _measured_total(self, name: str) -> Any:
+        """The sum over passes of one of passes.MEASURED in the rows that are measured; 0.0 where all is black."""
+        rows = slice(None) if self.rows is None else self.rows
+        kept = BIASES.values()
+        parts = [self.sums[part][slice(None) if part in kept else rows] for part in MEASURED[name] if part in self.sums]
+        return sum(parts[1:], parts[0]) if parts else 0.0
 
     def measured(self) -> Film:
         """The film's measured rows as a film of their own, for figures; this one where all are.
@@ -207,17 +230,42 @@ class Film:
     def load(cls, path: str | Path) -> Film:
         """Read what `save` wrote; a RenderError when the file is missing or something else."""
         try:
-            with np.load(path, allow_pickle=False) as file:
-                head = json.loads(str(file["head"]))
-                film = cls(head["height"], head["width"], head["seed"], head["exposure"], head["most_measured"])
-                film.blocks = [tuple(block) for block in head["blocks"]]
-                film.depth_block, film.meta, film.depth = tuple(head["depth_block"]), head["meta"], file["depth"]
-                film.sums = {name[4:]: file[name] for name in file.files if name.startswith("sum.")}
-                film.squares = {name[7:]: file[name] for name in file.files if name.startswith("square.")}
+            with Archive(path, text=True) as file:
+                return cls._read(file)
         except FileNotFoundError:
             raise RenderError(str(path), "no such file", "check the path") from None
-        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
-            raise RenderError(str(path), "is not a saved film", "give a file written with --state") from error
+        except (BadArchive, KeyError, TypeError, ValueError, RecursionError) as error:
+            text = f" ({error})" if isinstance(error, BadArchive) else ""
+            raise RenderError(
+                str(path), f"is not a saved film{text}", "give a file written with --state by this version"
+            ) from error
+        except OSError as error:
+            raise RenderError(str(path), f"cannot be read: {error.strerror}", "check the file") from error
+
+    @classmethod
+    def _read(cls, file: Archive) -> Film:
+        """The film in an archive; a KeyError, TypeError or ValueError when it is none."""
+        head = json.loads(str(file.read("head")))
+        if head["format"] != FORMAT:
+            raise BadArchive(f"format {head['format']}, this program reads {FORMAT}")
+        height, width, most = head["height"], head["width"], head["most_measured"]
+        shape = file.headers["depth"].shape
+        if shape != (height, width, 1) or not (most is None or (type(most) is int and most >= 0)):
+            raise BadArchive("its pictures do not fit together")
+        film = cls(height, width, head["seed"], float(head["exposure"]), most)
+        film.blocks = _united([_block(block) for block in head["blocks"]])
+        pass_, seed = head["depth_block"]
+        film.depth_block, film.meta = (int(pass_), int(seed)), dict(head["meta"])
+        film.meta["seconds"] = float(film.meta.get("seconds", 0.0))
+        rows = height if film.rows is None else len(film.rows)
+        film.depth = _as_kept(file, "depth", (height, width, 1), np.float32)
+        for key in set(file.headers) - {"head", "depth"}:
+            kind, _, name = key.partition(".")
+            if kind not in ("sum", "square") or name == "Depth" or name not in (RAW if kind == "sum" else MEASURED):
+                raise BadArchive(f"'{key}' is unknown")
+            measured = kind == "square" or name in BIASES.values()
+            shape = (rows, width, 3) if measured else (height, width, RAW[name])
+            (film.sums if kind == "sum" else film.squares)[name] = _as_kept(file, key, shape, np.float64)
         return film
 
 
@@ -227,6 +275,25 @@ def _add(totals: dict[str, np.ndarray], name: str, values: np.ndarray) -> None:
         totals[name] += values
     else:
         totals[name] = values.astype(np.float64)
+
+
+def _as_kept(file: Archive, name: str, shape: tuple, dtype: type) -> np.ndarray:
+    """An array of a saved film, of the shape and type that the film has, and finite."""
+    header = file.headers.get(name)
+    if header is None or (header.shape, header.dtype) != (shape, dtype):
+        raise BadArchive(f"'{name}' is not as it should be")
+    array = file.read(name)
+    if not np.isfinite(array).all():
+        raise BadArchive(f"'{name}' is not finite")
+    return array
+
+
+def _block(block: list) -> tuple[int, int, int]:
+    """Seed, first pass and end of a block of passes."""
+    seed, start, end = block
+    if not all(type(number) is int for number in block) or not 0 <= start < end:
+        raise BadArchive("its passes are not numbers")
+    return seed, start, end
 
 
 def measured_rows(height: int, width: int, most: int | None) -> np.ndarray | None:

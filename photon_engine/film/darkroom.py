@@ -13,9 +13,10 @@ import numpy as np
 
 from ..issues import IssueLog, RenderError
 from .accumulate import Film
+from .error import error_picture
 from .halves import DenoisedError, Halves, denoised_error
 from .oidn import BALANCED, HIGH, Guides, Oidn
-from .passes import COMBINED, LIGHT_NAMES
+from .passes import COMBINED, ERROR_MAPS, LIGHT_NAMES
 
 DENOISED = (COMBINED.name, *LIGHT_NAMES)
 PIXEL_SECONDS = 3e-6  # of a picture in balanced quality, by one core; a guess for the first time
@@ -53,7 +54,8 @@ class Darkroom:
 
         final : whether rendering is over. After a cancel they are denoised only when that is known to be quick.
         """
-        out = {name: self.film.picture(name) for name in names}
+        film = self.film
+        out = {name: error_picture(film, name) if name in ERROR_MAPS else film.picture(name) for name in names}
         wanted = [name for name in DENOISED if name in out and out[name][..., :3].any()]
         self.version = ""
         if not wanted or not self.film.count or self.denoise == "OFF" or not (final or self.denoise == "ALWAYS"):

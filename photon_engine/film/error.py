@@ -98,6 +98,11 @@ def error_map(film: Film, name: str) -> ErrorMap:
     return ErrorMap(np.sqrt(noise2), bias, quantile * pooled + bias)
 
 
+def error_picture(film: Film, name: str) -> np.ndarray:
+    """One of passes.ERROR_MAPS: (h, w, 3) f32, of Combined."""
+    return getattr(error_map(film, "Combined"), name.lower()).astype(np.float32)
+
+
 def brightness(film: Film, name: str) -> np.ndarray:
     """What errors are relative to: (h, w, 1), the pixel's mean over channels, smoothed, and never near black."""
     value = np.maximum(film.mean(name).mean(axis=2, keepdims=True), 0.0)

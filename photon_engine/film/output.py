@@ -17,16 +17,17 @@ def check_writable(path: str | Path) -> None:
     """Raise an OutputError unless a file can be made at `path`: better before a long render than after it."""
     path = Path(path)
     folder = path.parent
-    if path.is_dir():
-        raise OutputError(str(path), "is a folder", "give the name of a file")
-    if not folder.is_dir():
-        raise OutputError(str(path), f"the folder {folder} does not exist", "make it, or choose another place")
     try:
+        if path.is_dir():
+            raise OutputError(str(path), "is a folder", "give the name of a file")
+        if not folder.is_dir():
+            raise OutputError(str(path), f"the folder {folder} does not exist", "make it, or choose another place")
         if path.exists():
             with path.open("ab"):
                 pass
         handle, name = tempfile.mkstemp(dir=folder, prefix=".photon_map_")
         os.close(handle)
         os.unlink(name)
-    except OSError as error:
-        raise OutputError(str(path), f"cannot be written: {error.strerror}", "choose another place") from error
+    except (OSError, ValueError) as error:  # ValueError: a name that no system knows
+        text = getattr(error, "strerror", None) or str(error)
+        raise OutputError(str(path), f"cannot be written: {text}", "choose another place") from error

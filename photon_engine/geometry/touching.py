@@ -39,7 +39,9 @@ def spread_touching(flat: Flattened, refracts: np.ndarray) -> Flattened:
         return flat
     bodies = bodies_of(geometry)
     faces = _faces(geometry, bodies[geometry.triangles[:, 0]])
-    step = RELATIVE_OFFSET * max(float(np.abs(geometry.positions).max()), 0.125 * flat.reach)
+    # where refracting bodies are: something far away must not make them grow by metres
+    there = geometry.positions[geometry.triangles[refracts].ravel()]
+    step = RELATIVE_OFFSET * max(float(np.abs(there).max()), 0.125 * flat.reach)
     pairs = touching_pairs(faces, refracts, step)
     levels = _levels(pairs, set(faces.body[refracts].tolist()))
     if not levels:

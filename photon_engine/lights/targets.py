@@ -45,13 +45,14 @@ def build_targets(lights: LightTable, centers: np.ndarray, radii: np.ndarray) ->
         return blank
     flux = np.zeros((n_lights, n))
     estimate_flux(lights, blank, pilot_numbers(PILOT), flux)
-    shares = [FLOOR / n + (1.0 - FLOOR) * (row / row.sum() if row.sum() > 0.0 else 1.0 / n) for row in flux]
-    totals = flux.sum(1)
-    if totals.sum() > 0.0:
-        by_light = (1.0 - FLOOR) * totals / totals.sum() + FLOOR / n_lights
-    else:
-        by_light = np.full(n_lights, 1.0 / n_lights)
-    return Targets(center, radius, np.array([make_cdf(row) for row in shares]), flux, make_cdf(by_light))
+    cdf = np.array([make_cdf(shares(row)) for row in flux])
+    return Targets(center, radius, cdf, flux, make_cdf(shares(flux.sum(axis=1))))
+
+
+def shares(flux: np.ndarray) -> np.ndarray:
+    """Probabilities by flux, (n,), of which FLOOR goes evenly to all; to all of it where there is no flux."""
+    n, total = len(flux), flux.sum()
+    return FLOOR / n + (1.0 - FLOOR) * (flux / total if total > 0.0 else np.full(n, 1.0 / n))
 
 
 def pilot_numbers(n: int) -> np.ndarray:

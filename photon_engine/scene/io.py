@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import json
 import os
-import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -13,12 +12,13 @@ import numpy as np
 
 from ..issues import RenderError
 from . import data
+from .archive import KINDS, Archive, BadArchive
+from .typed import WrongType, check_record
 from .validate import check_scene
 
 FORMAT = "photon-map-scene"
 VERSION = 1
 TREE = "tree"  # the archive's member that holds the JSON text as bytes
-KINDS = "biufc"  # of arrays: bool, integers, floats, complex; objects would need pickle
 
 RECORDS = {
     item.__name__: item
@@ -46,24 +46,26 @@ def save_scene(scene: data.SceneData, path: str | os.PathLike) -> None:
 
 
 def load_scene(path: str | os.PathLike) -> data.SceneData:
-    """Read a scene file; a RenderError says what is wrong with a missing, foreign, broken or inconsistent one."""
+    """Read a scene file; a RenderError says what is wrong with a missing, foreign, broken or inconsistent one.
+
+    Nothing of the file is believed: sizes are checked before memory is taken, types and indices before a kernel, which
+    does not look, reads them.
+    """
     try:
-        archive = np.load(path, allow_pickle=False)
-        if not isinstance(archive, np.lib.npyio.NpzFile):
-            raise RenderError(str(path), "is not a scene file", "save the scene again")
-        with archive:
-            arrays = {name: archive[name] for name in archive.files}
+        with Archive(path) as archive:
+            arrays = {name: archive.read(name) for name in archive.headers}
+        scene = _decode_tree(arrays)
+        check_record(scene, "scene")
+        check_scene(scene)
     except FileNotFoundError:
         raise RenderError(str(path), "there is no such file", "check the path") from None
+    except BadArchive as error:
+        raise RenderError(str(path), f"is not a scene file, or is damaged: {error}", "save the scene again") from error
+    except (_BadFile, WrongType) as error:
+        where = f" in '{error.name}'" if isinstance(error, WrongType) and error.name else ""
+        raise RenderError(str(path), f"is damaged{where}: {error}", "save the scene again") from error
     except OSError as error:
-        raise RenderError(str(path), f"cannot be read: {error}", "check the file") from error
-    except (ValueError, EOFError, zipfile.BadZipFile, zipfile.LargeZipFile, NotImplementedError, KeyError) as error:
-        raise RenderError(str(path), "is not a scene file, or is damaged", "save the scene again") from error
-    try:
-        scene = _decode_tree(arrays)
-        check_scene(scene)
-    except _BadFile as error:
-        raise RenderError(str(path), f"is damaged: {error}", "save the scene again") from error
+        raise RenderError(str(path), f"cannot be read: {error.strerror}", "check the file") from error
     return scene
 
 
@@ -106,7 +108,7 @@ def _decode_tree(arrays: dict[str, np.ndarray]) -> data.SceneData:
         raise _BadFile("it is not a scene of this program")
     try:
         tree = json.loads(arrays[TREE].tobytes())
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise _BadFile("its description is no JSON") from error
     if not isinstance(tree, dict) or tree.get("format") != FORMAT:
         raise _BadFile("it is not a scene of this program")
@@ -131,10 +133,14 @@ def _decode(value: Any, arrays: dict[str, np.ndarray]) -> Any:
     if not isinstance(value, dict):
         return value
     kind = value.get("$")
+    if not isinstance(kind, str):
+        raise _BadFile(f"'{kind}' is no known record")
     if kind in ("array", "scalar"):
         name = value.get("name")
         if not isinstance(name, str) or name not in arrays:
             raise _BadFile(f"array '{name}' is missing")
+        if kind == "scalar" and arrays[name].ndim:
+            raise _BadFile(f"array '{name}' is no single number")
         return arrays[name] if kind == "array" else arrays[name][()]
     if kind in RECORDS:
         return _decode_record(RECORDS[kind], value, arrays)

@@ -14,7 +14,7 @@ import numpy as np
 from ..bsdf import layout
 from ..bsdf.layout import Lobe
 from ..bsdf.microfacet import DELTA_ALPHA, NEARLY_ONE
-from ..issues import IssueLog
+from ..issues import IssueLog, RenderError
 from ..scene.data import Graph, Image, Node, Socket
 from . import nodes  # noqa: F401  (fills the registry)
 from .fallback import fallback_kind, report_unsupported
@@ -49,7 +49,22 @@ class Call:
     outputs: dict[str, Any] | None = None  # its values, when they do not vary
 
     def run(self, values: list, points: ShadePoints | None) -> dict[str, Any]:
-        """The node's outputs; values: outputs of the calls before."""
+        """The node's outputs; values: outputs of the calls before.
+
+        A RenderError names a node with inputs or settings that Blender would not have given it.
+        """
+        try:
+            out, kinds = self._run(values, points), self.node.output_kinds
+            for name, value in out.items():
+                if isinstance(value, list) != (kinds.get(name, "VALUE") == "SHADER"):
+                    raise TypeError(f"its output '{name}' is not what it says")
+            return out
+        except (KeyError, IndexError, TypeError, ValueError, AttributeError) as error:
+            name, what = f"node '{self.node.name}' ({self.node.type})", f"{type(error).__name__}: {error}"
+            remedy = "save the scene again; of a scene straight from Blender this is a bug: please report it"
+            raise RenderError(name, f"it cannot be computed with its inputs and settings: {what}", remedy) from error
+
+    def _run(self, values: list, points: ShadePoints | None) -> dict[str, Any]:
         x = {name: fetch(source, values) for name, source in self.inputs.items()}
         if SHIFT in self.props and points is not None and points.around is not None:
             points = points.around.at(*self.props[SHIFT])

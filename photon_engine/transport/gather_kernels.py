@@ -25,6 +25,7 @@ class Radius(NamedTuple):
     """How far to look for photons in this pass."""
 
     pixels: float  # times the footprint of a pixel
+    least: float  # whatever the pixel [m]
     bound: float  # at most [m]
 
 
@@ -60,7 +61,7 @@ def gather(laws, surfaces, points, lookup, lobes, picture, bias):
     photons, radius, clearings = lookup.photons, lookup.radius, lookup.clearings
     for m in range(len(points.hit)):
         i = points.hit[m]
-        r = min(radius.pixels * float(points.footprint[m]), radius.bound)
+        r = max(min(radius.pixels * float(points.footprint[m]), radius.bound), radius.least)
         if r <= 0.0:
             continue
         p, ng, ns = surface_point(geometry, surfaces.prim[i], float(surfaces.u[i]), float(surfaces.v[i]))

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from ..photons.batch import Deposits, Photons, empty_deposits, empty_photons, head, join
-from ..sampling.rng import STREAM_CAUSTIC, STREAM_DIFFUSE, make_key
+from ..sampling.rng import STREAM_CAUSTIC, STREAM_DIFFUSE, STREAM_EYE, make_key
 from .cull import keep_those_that_meet
 from .emission import multiply_radiance
 from .matte_kernels import empty_lanes
@@ -32,6 +32,7 @@ from .render_scene import RenderScene
 from .shadowless import light_through
 
 EMIT_DIMENSIONS = 6  # which light, which target, two for the point, two for the direction
+STREAMS = STREAM_EYE + 1  # how many; stream s + n STREAMS is further numbers for the same
 CHUNK = 16384  # photons carried together: large enough to hide Python, small enough to stay in cache
 LEAST = 1024  # fewer are one chunk
 
@@ -99,11 +100,15 @@ def generations(max_bounces: int) -> list[range]:
     return [range(first, last) for first, last in pairwise(edges)]
 
 
-def run_for(settings, iteration: int, mode: int) -> PhotonRun:
-    """The run of one pass for the caustic map, or (modes DIFFUSE, GLOBAL) the diffuse one."""
+def run_for(settings, iteration: int, mode: int, group: int = 0, groups: int = 1) -> PhotonRun:
+    """The run of one pass for the caustic map, or (modes DIFFUSE, GLOBAL) the diffuse one.
+
+    group, groups : the run is one of several, each with the whole light in its share of the photons
+    """
     total = settings.caustic_photons if mode == CAUSTIC else settings.diffuse_photons
     stream = STREAM_CAUSTIC if mode == CAUSTIC else STREAM_DIFFUSE
-    return PhotonRun(mode, total, make_key(settings.seed, iteration, stream), settings.max_bounces)
+    key = make_key(settings.seed, iteration, stream + group * STREAMS)
+    return PhotonRun(mode, -(-total // groups), key, settings.max_bounces)
 
 
 class Carried(NamedTuple):

@@ -19,7 +19,7 @@ from ..lights.table import SHADOW, build_lights, without_lights
 from ..lights.targets import build_targets
 from ..plan import make_plan
 from ..scene.data import SceneData
-from ..scene.repair import with_finite_images
+from ..scene.repair import with_finite_images, with_lamps_in_reach
 from ..settings import Settings
 from ..shading.material import refracting_materials
 from ..survey import survey
@@ -32,6 +32,7 @@ from .media import absorb, find_media, inside_at, locate_lights
 from .photon_kernels import Laws, Surfaces
 
 BACKGROUND_DEPTH = 1e10  # as Cycles writes it
+SMALLEST = 1e-9  # of the scene's radius: what photons are aimed at is no smaller, positions are not that fine
 
 
 class RenderScene:
@@ -48,7 +49,7 @@ class RenderScene:
     ) -> None:
         kept = kept or Kept()
         stage("Preparing geometry")
-        scene = with_finite_images(scene, issues)
+        scene = with_lamps_in_reach(with_finite_images(scene, issues), issues)
         self.frame = scene.frame
         scene = displaced(scene, issues)
         self.flat = kept.flatten(scene, issues, refracting_materials(scene))
@@ -135,7 +136,7 @@ class RenderScene:
 
     def _targets(self):
         """Bounding spheres of the instances that have a specular surface; of all instances when none has one."""
-        geometry = self.flat.geometry
+        geometry, least = self.flat.geometry, SMALLEST * self.flat.radius
         sharp = self.materials.has_sharp[geometry.material]
         if not sharp.any():
             sharp = np.ones(len(geometry.material), bool)
@@ -145,5 +146,5 @@ class RenderScene:
             inside = geometry.triangles[first:last][sharp[first:last]]
             center, radius = bounding_sphere(geometry.positions[inside.ravel()])
             centers.append(center)
-            radii.append(radius)
+            radii.append(max(radius, least))
         return build_targets(self.lights, np.array(centers), np.array(radii))

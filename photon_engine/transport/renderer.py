@@ -5,10 +5,12 @@ Pass 0 is the first; the pilot has numbers of its own.
 
 from __future__ import annotations
 
+import math
 import os
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,13 +27,13 @@ from ..scene.data import SceneData
 from ..settings import Settings
 from ..shading.textures import texture_bytes
 from .clock import Clock
-from .eye_batch import empty_tile
+from .eye_batch import Tile, empty_tile
 from .eye_pass import EyeRun, Maps, render_tiles
 from .gather_kernels import Radius
 from .photon_kernels import DROPPED, EMITTED
 from .photon_pass import run_for, trace_photons
 from .photon_rules import CAUSTIC, DIFFUSE, GLOBAL
-from .pilot import Pilot, run_pilot
+from .pilot import FINEST, Pilot, Reach, run_pilot
 from .render_scene import RenderScene
 
 MOST_DROPPED = 0.01  # of the light of photons: what is cut off beyond that is reported
@@ -43,6 +45,18 @@ PASS_NAMES = (
     "Direct", "Caustic", "Diffuse", "Emission", "Environment", "Alpha", "Depth", "Normal", "Albedo", "CausticBias",
     "DiffuseBias", "Denoising Albedo", "Denoising Normal",
 )  # in the order of eye_batch.Tile; fmt: skip
+GATHERED = {"caustic": 0, "diffuse": 1, "caustic_bias": 0, "diffuse_bias": 1}  # from which map, see PassPart.groups
+# of one group, all maps together: 33 bytes each and three times that while it is sorted, hence less than 1 GB
+MOST_DEPOSITS = 1 << 23
+MOST_PHOTONS = 1 << 22  # of one group: 24 bytes each for the numbers that they start with, 72 while those are made
+
+
+class PassPart(NamedTuple):
+    """A pass, or a part of its photons."""
+
+    i: int  # the pass
+    group: int  # the part
+    groups: tuple[int, int]  # in how many parts the caustic map is made, and the diffuse one
 
 
 class Renderer:
@@ -78,32 +92,51 @@ class Renderer:
         modes = [CAUSTIC] * self.plan.caustic_map.runs + [DIFFUSE] * self.plan.diffuse_map.runs
         self.pilot: Pilot = run_pilot(self.scene, self._pool, self.settings, modes, cancelled)
         self._count("pilot", start)
+        for name, groups in zip(("Caustic Photons", "Diffuse Photons"), self._groups(), strict=True):
+            if groups > 1:
+                self.issues.info(name, f"a pass holds more than memory should: it is traced in {groups} parts")
 
     def render_pass(self, i: int, cancelled: Callable[[], bool]) -> dict[str, np.ndarray] | None:
-        """Pass i = 0, 1, ...: float32 pictures (h, w, channels), bottom row first; None when cancelled."""
+        """Pass i = 0, 1, ...: float32 pictures (h, w, channels), bottom row first; None when cancelled.
+
+        More photons than fit into memory are traced in groups, whose pictures of the same eye paths are averaged.
+        """
         factor = radius_factor(i + 1, self.settings.alpha)
-        caustic_radius = self._radius(self.settings.caustic_radius * factor, self.pilot.caustic_bound * factor)
-        diffuse_radius = self._radius(self.settings.diffuse_radius * factor, self.pilot.diffuse_bound * factor)
-        self._note_radii(i, caustic_radius, diffuse_radius)
-        maps = self._maps(i, caustic_radius, diffuse_radius, cancelled)
-        if cancelled():
-            return None
-        start = time.perf_counter()
+        radii = (
+            self._radius(self.settings.caustic_radius * factor, self.pilot.caustic, factor),
+            self._radius(self.settings.diffuse_radius * factor, self.pilot.diffuse, factor),
+        )
+        self._note_radii(i, *radii)
+        groups = self._groups()
         frame = self.data.frame
         height, width = frame.y1 - frame.y0, frame.x1 - frame.x0
         picture = empty_tile(height * width, self.plan.guides.runs)
-        run = self._eye_run(i, caustic_radius, diffuse_radius)
-        rays = render_tiles(self.scene, self._pool, run, maps, picture, cancelled)
-        for name, seconds in run.clock.split(time.perf_counter() - start).items():
-            self._add(name, seconds)
-        self.statistics["rays"]["eye"] = self.statistics["rays"].get("eye", 0) + rays
+        for group in range(max(groups)):
+            maps = self._maps(PassPart(i, group, groups), radii, cancelled)
+            part = picture if group == 0 else empty_tile(height * width, self.plan.guides.runs)
+            if cancelled():
+                return None
+            self._look(self._eye_run(i, group, radii), maps, part, cancelled)
+            if group:
+                for name in GATHERED:
+                    getattr(picture, name)[:] += getattr(part, name)
         if cancelled():
             return None
+        for name, k in GATHERED.items():
+            getattr(picture, name)[:] *= np.float32(1.0 / groups[k])
         if not self.plan.direct:
             picture.direct[:] = 0.0  # a final gather's rays found a part of it
         black = np.zeros((1, 3), np.float32)
         fields = (field if len(field) else np.broadcast_to(black, (height * width, 3)) for field in picture)
         return {name: field.reshape(height, width, -1) for name, field in zip(PASS_NAMES, fields, strict=True)}
+
+    def _look(self, run: EyeRun, maps: Maps, picture: Tile, cancelled: Callable[[], bool]) -> None:
+        """Follow the eye paths of a run into the picture, and count time and rays."""
+        start = time.perf_counter()
+        rays = render_tiles(self.scene, self._pool, run, maps, picture, cancelled)
+        for name, seconds in run.clock.split(time.perf_counter() - start).items():
+            self._add(name, seconds)
+        self.statistics["rays"]["eye"] = self.statistics["rays"].get("eye", 0) + rays
 
     def close(self) -> None:
         """Let the threads go."""
@@ -114,32 +147,44 @@ class Renderer:
         """What is done and left out; known once the scene is prepared."""
         return self.scene.plan
 
-    def _eye_run(self, i: int, caustic_radius: Radius, diffuse_radius: Radius) -> EyeRun:
-        """What the eye pass of pass i does."""
-        plan = self.plan
-        around = max(LOOK_AROUND * max(caustic_radius.pixels, diffuse_radius.pixels), LEAST_AROUND)
+    def _eye_run(self, i: int, group: int, radii: tuple[Radius, Radius]) -> EyeRun:
+        """What the eye pass of pass i does; after the first group, only what reads the maps."""
+        plan, pixel = self.plan, self.pilot.footprint or np.inf
+        around = max(LOOK_AROUND * max(r.pixels, r.least / pixel) for r in radii)
+        gathers = plan.gather_all.runs or plan.gather_narrow.runs
         return EyeRun(
             make_key(self.settings.seed, i, STREAM_EYE),
             self.settings.max_bounces,
             self.settings.splits,
-            self.settings.light_samples if plan.direct else 0,
+            self.settings.light_samples if plan.direct and group == 0 else 0,
             plan.caustic_points.runs,
-            plan.lobe_rays.runs,
+            plan.lobe_rays.runs and (group == 0 or gathers),
             plan.gather_all.runs,
             plan.gather_narrow.runs,
-            around if plan.edges else 0.0,
+            max(around, LEAST_AROUND) if plan.edges else 0.0,
             Clock(),
         )
 
-    def _maps(self, i: int, caustic_radius: Radius, diffuse_radius: Radius, cancelled: Callable[[], bool]) -> Maps:
-        """Trace the photons of pass i and sort them into maps."""
+    def _groups(self) -> tuple[int, int]:
+        """In how many parts the caustic photons of a pass are traced, and the diffuse ones: what memory holds.
+
+        Told from the settings and the pilot alone: on another machine the picture is the same.
+        """
+        caustic = self.settings.caustic_photons if self.plan.caustic_map else 0
+        diffuse = self.settings.diffuse_photons if self.plan.diffuse_map else 0
+        # GLOBAL keeps one more
+        return parts(caustic, self.pilot.caustic.stored), parts(diffuse, self.pilot.diffuse.stored + 1.0)
+
+    def _maps(self, part: PassPart, radii: tuple[Radius, Radius], cancelled: Callable[[], bool]) -> Maps:
+        """Trace the photons of a part of a pass and sort them into maps."""
         caustic = diffuse = first = None
-        if self.plan.caustic_map:
-            deposits = self._trace(i, CAUSTIC, cancelled)
+        caustic_radius, diffuse_radius = radii
+        if self.plan.caustic_map and part.group < part.groups[0]:
+            deposits = self._trace(part, CAUSTIC, cancelled)
             caustic = self._build(deposits, caustic_radius)
-        if self.plan.diffuse_map and not cancelled():
+        if self.plan.diffuse_map and part.group < part.groups[1] and not cancelled():
             gathering = self.plan.gathers
-            deposits = self._trace(i, GLOBAL if gathering else DIFFUSE, cancelled)
+            deposits = self._trace(part, GLOBAL if gathering else DIFFUSE, cancelled)
             if gathering:
                 later = deposits.seen > 1
                 first = self._build(Deposits(*(field[~later] for field in deposits)), diffuse_radius)
@@ -149,36 +194,37 @@ class Renderer:
         return Maps(caustic, diffuse, first, caustic_radius, diffuse_radius)
 
     def _note_radii(self, i: int, caustic: Radius, diffuse: Radius) -> None:
-        """Keep the radii of a pass for the log: pass, pixels, bound [m]."""
+        """Keep the radii of a pass for the log: pass, pixels, bound [m], least [m]."""
         for name, needed, radius in (
             ("caustic", self.plan.caustic_map, caustic),
             ("diffuse", self.plan.diffuse_map, diffuse),
         ):
             if needed:
-                self.statistics["radii"].setdefault(name, []).append([i, radius.pixels, radius.bound])
+                self.statistics["radii"].setdefault(name, []).append([i, radius.pixels, radius.bound, radius.least])
 
-    def _radius(self, pixels: float, bound: float) -> Radius:
+    def _radius(self, pixels: float, reach: Reach, factor: float) -> Radius:
         """The radius of a pass; toward the horizon a pixel may not reach over more than MOST_CELLS of the map."""
-        return Radius(pixels, min(bound, MOST_CELLS * self._cell(Radius(pixels, bound))))
+        radius = Radius(pixels, reach.least * factor, reach.bound * factor)
+        return radius._replace(bound=min(radius.bound, MOST_CELLS * self._cell(radius)))
 
     def _cell(self, radius: Radius) -> float:
         """Edge of the map's cells [m]: the radius of most queries."""
         reach = radius.bound
         if self.pilot.footprint > 0.0:
             reach = min(reach, radius.pixels * self.pilot.footprint)
-        return max(reach, 1e-6 * self.scene.flat.radius)
+        return max(reach, radius.least, FINEST * self.scene.flat.radius)
 
-    def _trace(self, i: int, mode: int, cancelled: Callable[[], bool]) -> Deposits:
-        """Deposits of pass i in a mode, counted in the statistics."""
+    def _trace(self, part: PassPart, mode: int, cancelled: Callable[[], bool]) -> Deposits:
+        """Deposits of a part of a pass in a mode, counted in the statistics."""
         start = time.perf_counter()
         name = "caustic" if mode == CAUSTIC else "diffuse"
-        run = run_for(self.settings, i, mode)
+        run = run_for(self.settings, part.i, mode, part.group, part.groups[0 if mode == CAUSTIC else 1])
         deposits, tally, rays = trace_photons(self.scene, self._pool, run, cancelled)
         self._count(f"trace {name}", start)
         self.statistics["rays"][name] = self.statistics["rays"].get(name, 0) + rays
         self.statistics["photons"][name] = self.statistics["photons"].get(name, 0) + len(deposits.wi)
         flux = self.statistics["flux"].setdefault(name, np.zeros((4, 3)))
-        flux += tally
+        flux += tally / part.groups[0 if mode == CAUSTIC else 1]
         self._report_cap(name, tally)
         return deposits
 
@@ -212,3 +258,8 @@ class Renderer:
         seconds = self.statistics["seconds"]
         seconds[name] = seconds.get(name, 0.0) + more
         seconds["compile"] = compile_seconds() - self._compiled
+
+
+def parts(photons: int, stored: float) -> int:
+    """In how many groups to trace photons of which each is stored so many times."""
+    return max(1, -(-photons // MOST_PHOTONS), math.ceil(photons * stored / MOST_DEPOSITS))

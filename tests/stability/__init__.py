@@ -5,7 +5,8 @@ from __future__ import annotations
 import importlib
 
 MODULES = (
-    "space", "lamps", "views", "shapes", "pictures", "chains", "indices", "roughness", "grazing", "stiff",
+    "space", "lamps", "views", "shapes", "pictures", "chains", "indices", "roughness", "grazing", "stiff", "deposits",
+    "state",
 )  # fmt: skip
 
 

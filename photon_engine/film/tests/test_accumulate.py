@@ -1,3 +1,5 @@
+import json
+
 import numpy as np
 import pytest
 
@@ -28,7 +30,7 @@ def test_mean_and_variance_are_numpys():
     bias = stack["CausticBias"] + stack["DiffuseBias"]
     np.testing.assert_allclose(film.variance("CombinedBias"), 4.0 * bias.var(axis=0, ddof=1), rtol=1e-12)
     np.testing.assert_allclose(film.mean("CombinedBias"), 2.0 * bias.mean(axis=0), rtol=1e-14)
-    # 1e-12: the unbiased variance from sums of squares loses about 2^-53 of the squared mean
+    # 1e-12: rounding of six additions
     np.testing.assert_allclose(film.variance("Caustic"), 4.0 * stack["Caustic"].var(axis=0, ddof=1), rtol=1e-12)
     np.testing.assert_allclose(film.variance("Combined"), 4.0 * combined.var(axis=0, ddof=1), rtol=1e-12)
     # 1e-6: pictures are float32
@@ -116,6 +118,32 @@ def test_what_is_not_a_film_is_refused(tmp_path):
     np.savez(tmp_path / "other.npz", a=np.zeros(3))
     with pytest.raises(RenderError, match="is not a saved film"):
         Film.load(tmp_path / "other.npz")
+    film_of([0, 1]).save(tmp_path / "film.npz")
+    with np.load(tmp_path / "film.npz") as file:
+        arrays = dict(file)
+    head = json.loads(str(arrays["head"]))
+    for name, value in (
+        ("head", np.array(json.dumps(head | {"format": 3}))), ("head", np.array(json.dumps(head | {"height": 9**9}))),
+        ("head", np.array(json.dumps(head | {"blocks": [[0, 5, 2]]}))), ("head", np.array("[]")),
+        ("sum.Direct", arrays["sum.Direct"][:1]), ("square.Direct", np.full_like(arrays["square.Direct"], np.nan)),
+    ):  # fmt: skip
+        np.savez(tmp_path / "other.npz", **(arrays | {name: value}))
+        with pytest.raises(RenderError, match="is not a saved film"):
+            Film.load(tmp_path / "other.npz")
+
+
+def test_a_dim_noisy_pass_beside_a_bright_steady_one_keeps_its_variance():
+    """Combined of mean 1e6 and deviation 1e-3: the digits of its squares hold nothing of that after some passes."""
+    n, steady = 2000, {name: np.zeros((*SHAPE, c), np.float32) for name, c in RAW.items()}
+    steady["Emission"][:] = 1e6
+    noise = (1e-3 * np.random.default_rng(3).standard_normal((n, *SHAPE, 3))).astype(np.float32)
+    parts = [Film(*SHAPE), Film(*SHAPE)]
+    for i in range(n):
+        parts[i >= 700].add(i, steady | {"Diffuse": noise[i]})
+    parts[0].merge(parts[1])
+    expected = noise.astype(np.float64).var(axis=0, ddof=1)
+    np.testing.assert_allclose(parts[0].variance("Diffuse"), expected, rtol=1e-9)
+    np.testing.assert_allclose(parts[0].variance("Combined"), expected, rtol=1e-5)  # 1e6 has digits down to 1e-10
 
 
 def test_black_pictures_take_no_memory(tmp_path):

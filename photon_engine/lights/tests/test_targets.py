@@ -7,7 +7,7 @@ import pytest
 
 from ..targets import MAX_TARGETS, build_targets, emit_aimed, merge_spheres, pilot_numbers
 from .brute import assert_same, flux_by_region, uniform
-from .scenes import EMITTERS, LAMPS, SINGLE, WORLD, lamp, table
+from .scenes import EMITTERS, LAMPS, SINGLE, WORLD, frame, lamp, table
 
 CENTERS = np.array([[0.0, 0.0, 0.0], [0.4, 0.1, 0.2], [-0.8, 0.6, 0.4]])
 RADII = np.array([0.4, 0.3, 0.2])
@@ -106,3 +106,13 @@ def test_pilot_numbers_are_spread():
     for k in range(4):
         assert np.histogram(x[:, k], bins=16, range=(0, 1))[0].min() == 16
     assert math.isclose(x.mean(), 0.5, abs_tol=0.01)
+
+
+def test_a_lamp_that_shines_away_from_all_targets():
+    """Its flux into them is 0: its photons, few as they are, go to all evenly."""
+    away = lamp("SPOT", frame((0.0, 0.0, 3.0), (0.0, 0.0, 9.0)), radius=0.01, spot_size=0.3)
+    for lights in (table([away]), table([away, LAMPS["point"]])):
+        targets = build_targets(lights, CENTERS, RADII)
+        np.testing.assert_allclose(targets.pick[0], [1 / 3, 2 / 3, 1.0])
+        assert np.isfinite(targets.aimed_cdf).all() and targets.aimed_cdf[-1] == 1.0
+    assert targets.aimed_cdf[0] < 0.03, "only its share of the floor"

@@ -29,7 +29,7 @@ def full_scene():
         Node("ShaderNodeTexImage", "Image", {"image": 0, "interpolation": "Linear", "flag": True, "none": None},
              {"Vector": Socket(None, kind="VECTOR")}, {"Color": "RGBA"}),
         Node("ShaderNodeBsdfDiffuse", "Diffuse", {"matrix": np.eye(4), "mixed": [1, (2.5, "x"), {"a": [-1e-300]}]},
-             {"Color": Socket([0.1, 0.2, 0.3, 1.0], 0, "Color", "RGBA"), "Roughness": Socket(float("inf"))}),
+             {"Color": Socket([0.1, 0.2, 0.3, 1.0], 0, "Color", "RGBA"), "Roughness": Socket(1e-300)}),
     ]  # fmt: skip
     graph = Graph(nodes, Socket(node=1, output="BSDF", kind="SHADER"))
     return SceneData(

@@ -26,4 +26,4 @@ def test_pilot_stops_after_the_rays_under_way(stop):
     scene.intersector.closest = counted
     with ThreadPoolExecutor(1) as pool:
         pilot = run_pilot(scene, pool, settings, [DIFFUSE], lambda: stop)
-    assert (len(rays) == 1) if stop else (sum(rays) > 16384 and pilot.diffuse_bound > 0.0)
+    assert (len(rays) == 1) if stop else (sum(rays) > 16384 and pilot.diffuse.bound > 0.0)
