@@ -59,28 +59,16 @@ def facet_normal(rows, row, k, ns, ng, wo, front):
     return raised_normal(n, ng if front else negate(ng), wo)
 
 
-# see most_ratio
-LEAST_CUT, CUT_BY_TILT = 4.0, 200.0
+# see shading_ratio
+MOST_RATIO = 4.0
 
 
 @kernel
-def most_ratio(ns, ng):
-    """Where `shading_ratio` is cut: at 200 sin(a)^2 for normals that differ by an angle a, but not below 4.
-
-    The ratio grows without bound where light grazes the facet, and with it the variance of whatever is multiplied by
-    it: uncut, one photon in 10^5 was a hundred times the rest. Normals tilted by a make ratios above M on the facets
-    that are met at cosines below sin(a) / M: a cut at M takes sin(a)^2 / M of the light of a ball, whose facets are met
-    at all cosines, from its lit side, and leaves a second moment of 2 sin(a)^2 log(M). Cut at 4, bumps of 35 degrees
-    threw 5% too little light; so it is at most 0.5%, and nothing grows where normals are close.
-    """
-    c = dot(ns, ng)
-    return max(LEAST_CUT, CUT_BY_TILT * (1.0 - c * c))
-
-
-@kernel
-def shading_ratio(cos_shading, cos_geometric, most):
+def shading_ratio(cos_shading, cos_geometric):
     """|ns.w| / |ng.w|, which turns flux that falls on facets into flux on the smooth surface [Veach 1997, 5.3].
 
-    most : it is cut there, see `most_ratio`.
+    It grows without bound where light grazes the facet, and with it the variance of whatever is multiplied by it: one
+    photon in 10^5 was a hundred times the rest. Cut at MOST_RATIO = 4; normals that differ by an angle a lose at most
+    a^2 / 6 of the light by it (0.02% at 2 degrees).
     """
-    return min(abs(cos_shading), most * abs(cos_geometric)) / max(abs(cos_geometric), 1e-30)
+    return min(abs(cos_shading), MOST_RATIO * abs(cos_geometric)) / max(abs(cos_geometric), 1e-30)

@@ -12,7 +12,7 @@ from ..jit import inlined, kernel
 from ..vec import dot, scale
 from .albedo import field3
 from .diffuse import INV_PI, oren_nayar, sample_cosine
-from .frame import most_ratio, negate, shading_ratio
+from .frame import negate, shading_ratio
 from .layout import COLOR_A, DIFFUSE, ROUGHNESS
 from .reflect import BLACK
 
@@ -64,7 +64,7 @@ def sample_matte(rows, row, k, n, ng, wo, u, adjoint):
     s = 1.0
     if adjoint:
         lit = dot(n, wo)
-        s = shading_ratio(lit, dot(ng, wo), most_ratio(n, ng))
+        s = shading_ratio(lit, dot(ng, wo))
         if lit <= 0.0 or pdf <= 0.0:
             return False, wi, BLACK, 0.0
     elif side * dot(ng, wi) <= 0.0 or pdf <= 0.0:
@@ -88,5 +88,5 @@ def sample_lambert(ns, ng, wo, weight, u, adjoint):
     cos = side * dot(about, wi)
     lit = side * (dot(ns, wo) if adjoint else dot(ng, wi))
     if adjoint:
-        weight = scale(weight, shading_ratio(lit, height, most_ratio(ns, ng)))
+        weight = scale(weight, shading_ratio(lit, height))
     return min(cos, lit) > 0.0, wi, weight, cos * INV_PI, 1.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ..jit import kernel
 from ..vec import dot
 from .diffuse import bump_softening
-from .frame import facet_normal, lobe_normal, most_ratio, negate, shading_ratio
+from .frame import facet_normal, lobe_normal, negate, shading_ratio
 from .glass import eval_glass, side_eta
 from .layout import CLASS_ROUGH, DIFFUSE, HAS_NORMAL, NONE, REFLECT, SHEEN, TRANSLUCENT
 from .matte import eval_matte
@@ -67,7 +67,7 @@ def rough_total(rows, row, ns, ng, wo, wi, scratch, adjoint):
         f, pdf, n, eta = eval_lobe(rows, row, k, ns, ng, wo, wi, adjoint)
         if adjoint:
             lit = dot(n, wo)
-            falls = shading_ratio(lit, dot(ng, wo), most_ratio(n, ng)) if lit > 0.0 else 0.0
+            falls = shading_ratio(lit, dot(ng, wo)) if lit > 0.0 else 0.0
             cos = falls * abs(dot(ng, wi)) * bump_factor(rows, row, k, ns, n, wo)
         else:
             cos = abs(dot(n, wi)) / (eta * eta) * bump_factor(rows, row, k, ns, n, wi)

@@ -10,7 +10,7 @@ from ..jit import inlined, kernel
 from ..vec import dot, mul, scale
 from .albedo import field3
 from .diffuse import INV_PI
-from .frame import facet_normal, lobe_normal, most_ratio, negate, shading_ratio
+from .frame import facet_normal, lobe_normal, negate, shading_ratio
 from .glass import is_delta, sample_clear, sample_glass, side_eta
 from .layering import is_lambert, is_plain, lobe_class, weigh, weigh_plain
 from .layout import (
@@ -138,8 +138,7 @@ def photon_factor(n, ng, wo, wi):
     """Shading-normal factor |n.wo| |ng.wi| / (|ng.wo| |n.wi|) of a photon [Veach 1997, Eq. 5.19]."""
     if abs(dot(n, wi)) <= EPSILON:
         return 0.0
-    most = most_ratio(n, ng)
-    return shading_ratio(dot(n, wo), dot(ng, wo), most) * shading_ratio(dot(ng, wi), dot(n, wi), most)
+    return shading_ratio(dot(n, wo), dot(ng, wo)) * shading_ratio(dot(ng, wi), dot(n, wi))
 
 
 @kernel

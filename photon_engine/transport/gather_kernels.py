@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from ..bsdf.frame import most_ratio, shading_ratio
+from ..bsdf.frame import shading_ratio
 from ..bsdf.layering import is_lambert
 from ..bsdf.surface import eval_rough, prepare
 from ..geometry.surface import surface_point
@@ -216,7 +216,7 @@ def estimate(rows, row, frame, instance, scratch, photons, r, cut):
                         continue
                     f, _ = eval_rough(rows, row, ns, ng, wo, wi, scratch)
                     x2 = d2 / r2
-                    w = (1.0 - x2) * shading_ratio(dot(ns, wi), dot(facet, wi), most_ratio(ns, facet))
+                    w = (1.0 - x2) * shading_ratio(dot(ns, wi), dot(facet, wi))
                     flux = mul(scale(f, w), load3(photons.flux, j))
                     red, green, blue = red + flux[0], green + flux[1], blue + flux[2]
                     red2, green2, blue2 = red2 + x2 * flux[0], green2 + x2 * flux[1], blue2 + x2 * flux[2]

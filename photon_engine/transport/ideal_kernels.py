@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from ..bsdf.frame import most_ratio, raised_normal, shading_ratio
+from ..bsdf.frame import raised_normal, shading_ratio
 from ..bsdf.layout import COLOR_A, GLASS
 from ..bsdf.layout import IOR as IOR_FIELD
 from ..bsdf.reflect import reflect_fresnel
@@ -109,8 +109,7 @@ def bend(lanes, reach, bounce):
         rise = math.copysign(1.0, height) * dot(ng, wi) * (-1.0 if through else 1.0)
         ok = (c > 0.0) & ((cos_t if through else c) > 1e-9) & (rise > 0.0)
         slope = dot(n, wi)
-        most = most_ratio(n, ng)
-        factor = shading_ratio(c, height, most) * shading_ratio(dot(ng, wi), slope, most)
+        factor = shading_ratio(c, height) * shading_ratio(dot(ng, wi), slope)
         weight = scale(get(x, COLOR, j), factor if abs(slope) > EPSILON else 0.0)
         survives, out = roulette(get(x, PHI, j), mul(get(x, PHI, j), weight), x[U1 + j])
         x[GOES_ON + j] = 1.0 if ok & survives else 0.0
