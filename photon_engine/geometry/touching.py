@@ -39,10 +39,8 @@ def spread_touching(flat: Flattened, refracts: np.ndarray) -> Flattened:
         return flat
     bodies = bodies_of(geometry)
     faces = _faces(geometry, bodies[geometry.triangles[:, 0]])
-    # where refracting bodies are: something far away must not make them grow by metres
-    there = geometry.positions[geometry.triangles[refracts].ravel()]
-    step = RELATIVE_OFFSET * max(float(np.abs(there).max()), 0.125 * flat.reach)
-    pairs = touching_pairs(faces, refracts, step)
+    away = np.abs(faces.corner).max(axis=1)  # far things have long steps, near ones must not
+    pairs = touching_pairs(faces, refracts, RELATIVE_OFFSET * max(float(np.median(away[refracts])), 0.125 * flat.reach))
     levels = _levels(pairs, set(faces.body[refracts].tolist()))
     if not levels:
         return flat
@@ -51,6 +49,7 @@ def spread_touching(flat: Flattened, refracts: np.ndarray) -> Flattened:
     for body, level in levels.items():
         mine = order[slice(*np.searchsorted(faces.body, [body, body + 1], sorter=order))]
         corners = geometry.triangles[mine]
+        step = RELATIVE_OFFSET * max(float(away[mine].max()), 0.125 * flat.reach)
         vertices, local = np.unique(corners, return_inverse=True)
         way = outward(local.reshape(-1, 3), faces.normal[mine], len(vertices))
         positions[vertices] = (positions[vertices] + level * STEPS * step * way).astype(np.float32)

@@ -51,3 +51,10 @@ def test_a_corner_goes_as_far_as_its_faces_need():
     triangles = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1], [0, 4, 1]])
     way = outward(triangles, np.array([[0, 0, 1.0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]), 5)
     assert np.allclose(way[0], (1, 1, 1))
+
+
+def test_something_far_away_changes_nothing_near():
+    far = s.quad((3e5, 9e5, -4e5), (1, 0, 0), (0, 1, 0)), s.diffuse()
+    parts = [glass_box((-1, -1, -1), (1, 1, 1)), glass_box((-1, -1, 1.5), (1, 1, 2)), far]
+    for before, after in spread(parts, [True, True, False]):
+        assert np.array_equal(before, after)
