@@ -20,6 +20,8 @@ from .media import after_surface
 from .photon_kernels import choose_class
 
 LEAST_SHARE = 1.0 / 32.0  # of a pixel: a way that carries less is worth its rays only now and then
+LATTICE_X, LATTICE_Y = 0.7548776662466927, 0.5698402909980532  # 1 / g, 1 / g^2 with g^3 = g + 1 [Roberts 2018, R2]
+FURTHER = 1 << 20  # keys of a pixel's further paths; forks take the first numbers
 WIDEST = 1e3  # growth of a footprint per metre; a ray that spreads so sees all
 NO_DEPTH = 0.9 * BACKGROUND_DEPTH
 UNCLIPPED = 1e30  # [m]
@@ -32,24 +34,51 @@ def camera_rays(camera, key, region, first, splits, paths):
     region : (x0, y0, width, full width of the frame, stride) [px];  splits : at how many forks a path goes every way
     """
     for i in range(len(paths.key)):
-        index = first + i * region[4]
-        x = region[0] + index % region[2]
-        y = region[1] + index // region[2]
+        x, y = _pixel_at(region, first + i * region[4])
         k = path_key(key, y * region[3] + x)
-        o, d, t_near, t_far, spread, width = generate_ray(
-            camera, x, y, uniform(k, 0), uniform(k, 1), uniform(k, 2), uniform(k, 3)
-        )
-        store3(paths.o, i, madd(o, t_near, d))
-        store3(paths.d, i, d)
-        store3(paths.beta, i, (1.0, 1.0, 1.0))
-        paths.key[i] = k
-        paths.pixel[i] = i
-        paths.width[i] = width + spread * t_near
-        paths.spread[i] = spread
-        paths.t_max[i] = t_far - t_near
-        paths.bare[i] = True
-        paths.splits[i] = splits
-        paths.unguided[i] = True
+        ray = generate_ray(camera, x, y, uniform(k, 0), uniform(k, 1), uniform(k, 2), uniform(k, 3))
+        _begin(paths, i, k, i, ray, splits)
+
+
+@kernel
+def further_rays(camera, key, region, pixels, splits, paths):
+    """Eye paths of chosen pixels besides those of `camera_rays`, each number of which all pixels have: row by row.
+
+    pixels : (m,) i64 of the region; path i is of pixels[i % m]. Its point of the pixel belongs to a lattice about that
+    of `camera_rays`, so that all of them cover the pixel evenly while each is distributed as a single one.
+    """
+    for i in range(len(paths.key)):
+        m = i % len(pixels)
+        x, y = _pixel_at(region, pixels[m])
+        first = path_key(key, y * region[3] + x)
+        number = 1 + i // len(pixels)
+        u0 = (uniform(first, 0) + number * LATTICE_X) % 1.0
+        u1 = (uniform(first, 1) + number * LATTICE_Y) % 1.0
+        k = path_key(first, FURTHER + number)
+        _begin(paths, i, k, m, generate_ray(camera, x, y, u0, u1, uniform(k, 2), uniform(k, 3)), splits)
+
+
+@kernel
+def _pixel_at(region, index):
+    """Place in the full frame of a region's pixel, counted row by row."""
+    return region[0] + index % region[2], region[1] + index // region[2]
+
+
+@kernel
+def _begin(paths, i, key, pixel, ray, splits):
+    """Write path i: along a ray of `generate_ray`, for a pixel of the tile."""
+    o, d, t_near, t_far, spread, width = ray
+    store3(paths.o, i, madd(o, t_near, d))
+    store3(paths.d, i, d)
+    store3(paths.beta, i, (1.0, 1.0, 1.0))
+    paths.key[i] = key
+    paths.pixel[i] = pixel
+    paths.width[i] = width + spread * t_near
+    paths.spread[i] = spread
+    paths.t_max[i] = t_far - t_near
+    paths.bare[i] = True
+    paths.splits[i] = splits
+    paths.unguided[i] = True
 
 
 @kernel

@@ -23,8 +23,8 @@ from .direct_kernels import (
     sample_lobes,
 )
 from .emission import multiply_radiance
-from .eye_batch import Tile, VisiblePoints, empty_paths, empty_points
-from .eye_kernels import camera_rays, eye_step
+from .eye_batch import EyePaths, Tile, VisiblePoints, empty_paths, empty_points, empty_tile
+from .eye_kernels import camera_rays, eye_step, further_rays
 from .gather_kernels import Lookup, Radius, gather
 from .lobes import ALL, NARROW, WIDE
 from .photon_kernels import Surfaces
@@ -58,6 +58,8 @@ class EyeRun(NamedTuple):
     gather_all: bool  # final gather at every visible point
     gather_narrow: bool  # final gather for narrow lobes
     around: float  # how many footprints around visible points walls and rims are looked for; 0: they are not
+    lamp_edges: np.ndarray  # (n,) bool, pixels at an edge of a lamp that is seen, as of lamp_edges.find_edges
+    further: int  # paths more that are followed there
     clock: Clock  # told where the time goes: eye, direct, edges, gather
 
 
@@ -88,6 +90,23 @@ def _render_tile(scene: RenderScene, run: EyeRun, maps: Maps, picture: Tile, can
     camera_rays(scene.camera, run.key, region_of(scene.frame), first, run.splits, paths)
     paths.unguided[:] = scene.plan.guides.runs
     tile.depth[:] = BACKGROUND_DEPTH
+    light = partial(_light_points, scene, run, maps)
+    rays = follow(scene, run, paths, tile, cancelled, lambda surfaces, points: light(surfaces, points, tile, 0))
+    edges = np.flatnonzero(run.lamp_edges[first : first + n])
+    if len(edges) and not cancelled():
+        rays += _see_edges(scene, run, tile, edges, first, cancelled)
+    return rays
+
+
+def follow(
+    scene: RenderScene,
+    run: EyeRun,
+    paths: EyePaths,
+    tile: Tile,
+    cancelled: Callable[[], bool],
+    light: Callable[[Surfaces, VisiblePoints], int],
+) -> int:
+    """Carry eye paths to their ends; light(surfaces, points) is called for the visible points; out: rays traced."""
     rays = 0
     for bounce in range(run.max_bounces):
         if cancelled():
@@ -104,10 +123,22 @@ def _render_tile(scene: RenderScene, run: EyeRun, maps: Maps, picture: Tile, can
                 scene.laws, scene.rules, scene.seen_lights, surfaces, paths, bounce, onward, points, tile
             )
         if ended:
-            rays += _light_points(scene, run, maps, surfaces, head(points, ended), tile, 0)
+            rays += light(surfaces, head(points, ended))
         paths = head(onward, n)
         if n == 0:
             break
+    return rays
+
+
+def _see_edges(scene: RenderScene, run: EyeRun, tile: Tile, edges: np.ndarray, first: int, cancelled) -> int:
+    """Emission of some pixels of a tile as the mean over further paths too; out: rays traced."""
+    seen = empty_tile(len(edges), False)
+    paths = empty_paths(len(edges) * run.further, scene.absorbs, scene.trails)
+    paths.inside[:] = scene.camera_inside
+    further_rays(scene.camera, run.key, region_of(scene.frame), edges + first, run.splits, paths)
+    paths.unguided[:] = False
+    rays = follow(scene, run, paths, seen, cancelled, lambda surfaces, points: 0)
+    tile.emission[edges] = (tile.emission[edges] + seen.emission) / (1 + run.further)
     return rays
 
 

@@ -30,6 +30,7 @@ from .clock import Clock
 from .eye_batch import Tile, empty_tile
 from .eye_pass import EyeRun, Maps, render_tiles
 from .gather_kernels import Radius
+from .lamp_edges import find_edges
 from .photon_kernels import DROPPED, EMITTED
 from .photon_pass import run_for, trace_photons
 from .photon_rules import CAUSTIC, DIFFUSE, GLOBAL
@@ -91,6 +92,7 @@ class Renderer:
         start = time.perf_counter()
         modes = [CAUSTIC] * self.plan.caustic_map.runs + [DIFFUSE] * self.plan.diffuse_map.runs
         self.pilot: Pilot = run_pilot(self.scene, self._pool, self.settings, modes, cancelled)
+        self.lamp_edges = find_edges(self.scene, self._pool, self.settings, cancelled)
         self._count("pilot", start)
         for name, groups in zip(("Caustic Photons", "Diffuse Photons"), self._groups(), strict=True):
             if groups > 1:
@@ -162,6 +164,7 @@ class Renderer:
             plan.gather_all.runs,
             plan.gather_narrow.runs,
             max(around, LEAST_AROUND) if plan.edges else 0.0,
+            *self.lamp_edges,
             Clock(),
         )
 

@@ -28,6 +28,8 @@ def warm_scene() -> SceneData:
     normals = np.tile(np.float32([0.0, 0.6, 0.8]), (2, 3, 1))
     mesh = Mesh("Square", square, triangles, normals, None, uvs={"UV": np.zeros((2, 3, 2), np.float32)}, active_uv="UV")
     above, lamp, eye, ground, ceiling = (np.eye(4) for _ in range(5))
+    seen = np.diag([1.0, -1.0, -1.0, 1.0])  # it shines up, into the camera
+    seen[2, 3] = 2.0
     above[2, 3], lamp[2, 3], eye[2, 3], ceiling[2, 3] = 1.0, 3.0, 4.0, 5.0
     ground[:3, :3] *= 9.0  # so that rays from one large square do land on the other
     ceiling[:3, :3] *= 9.0
@@ -43,6 +45,7 @@ def warm_scene() -> SceneData:
         lights=[
             Light("Lamp", "AREA", lamp, (10.0, 10.0, 10.0)),
             Light("Fill", "POINT", lamp, (1.0, 1.0, 1.0), cast_shadow=False),
+            Light("Seen", "AREA", seen, (1.0, 1.0, 1.0), size=(0.5, 0.5)),
         ],
         world=World(color=(0.1, 0.1, 0.1)),
         camera=Camera(matrix=eye),
