@@ -165,7 +165,7 @@ def _emitted(scene: RenderScene, run: PhotonRun, numbers: range, light: np.ndarr
     multiply_radiance(scene, births.emitter, births.place, photons.d, photons.phi)
     tally[EMITTED] += photons.phi.sum(axis=0, dtype=np.float64)
     boxes = scene.caster_boxes if run.mode == CAUSTIC else scene.object_boxes
-    if boxes is not None:
+    if boxes is not None and (run.mode == CAUSTIC or scene.casts_all_shadows):  # else `light` must go with photons
         photons = keep_those_that_meet(boxes, scene.flat.radius, photons, tally[ESCAPED])
     return photons
 

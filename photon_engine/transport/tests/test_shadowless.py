@@ -44,9 +44,9 @@ def plates(cast_shadow: bool, kinds) -> SceneData:
     )  # fmt: skip
 
 
-def landed(cast_shadow: bool, kinds):
+def landed(cast_shadow: bool, kinds, plan: bool = False):
     """Red flux [W] of photons without a vertex that fell on each plate, and the tally."""
-    scene = RenderScene(plates(cast_shadow, kinds), Settings(plan=False), IssueLog(), lambda _text: None)
+    scene = RenderScene(plates(cast_shadow, kinds), Settings(plan=plan), IssueLog(), lambda _text: None)
     with ThreadPoolExecutor(1) as pool:
         run = PhotonRun(GLOBAL, PHOTONS, np.uint64(7), 8)
         deposits, tally, _ = trace_photons(scene, pool, run, lambda: False)
@@ -60,9 +60,10 @@ SIXTH = 12.0 / 6.0
 
 
 # one plate of three is chosen: 60000 / 18 photons each, hence 1.5% noise
+@pytest.mark.parametrize("plan", [False, True])
 @pytest.mark.parametrize("cast_shadow", [True, False])
-def test_every_plate_is_lit(cast_shadow):
-    flux, tally = landed(cast_shadow, (MATTE, MATTE, MATTE))
+def test_every_plate_is_lit(cast_shadow, plan):
+    flux, tally = landed(cast_shadow, (MATTE, MATTE, MATTE), plan)
     expected = [SIXTH, 0.0, 0.0] if cast_shadow else [SIXTH] * 3
     np.testing.assert_allclose(flux, expected, rtol=0.06)
     np.testing.assert_allclose(tally[EMITTED], tally[ABSORBED] + tally[ESCAPED], rtol=1e-5)
