@@ -1,4 +1,4 @@
-"""Compiles every kernel into the cache, by rendering one pass of a tiny scene with everything switched on."""
+"""Compiles every kernel into the cache, by rendering a pass of a tiny scene with everything switched on, and one as planned."""
 
 from __future__ import annotations
 
@@ -12,13 +12,14 @@ from .renderer import Renderer
 
 def warm_up() -> None:
     """Compile, or load, all that a render can need; a minute of work the first time, a second afterwards."""
-    settings = Settings(plan=False, caustic_photons=64, diffuse_photons=64, light_samples=1, threads=1)
-    renderer = Renderer(warm_scene(), settings, IssueLog())
-    try:
-        renderer.prepare(lambda _text: None)
-        renderer.render_pass(0, lambda: False)
-    finally:
-        renderer.close()
+    for plan in (False, True):  # what leaves out work has kernels too
+        settings = Settings(plan=plan, caustic_photons=64, diffuse_photons=64, light_samples=1, threads=1)
+        renderer = Renderer(warm_scene(), settings, IssueLog())
+        try:
+            renderer.prepare(lambda _text: None)
+            renderer.render_pass(0, lambda: False)
+        finally:
+            renderer.close()
 
 
 def warm_scene() -> SceneData:

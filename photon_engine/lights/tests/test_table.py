@@ -74,7 +74,6 @@ def test_impossible_lamps_stop_the_render_by_name(change):
         (lamp("POINT", strength=(-1.0, 0.0, 0.0)), False),
         (lamp("SUN", TILTED @ np.diag([0.0, 0.0, 0.0, 1.0])), False),
         (lamp("SPOT", frame(scale=(1.0, 0.0, 1.0)), spot_size=1.0), False),
-        (lamp("POINT", cast_shadow=False), True),
         (lamp("AREA", frame() @ np.array([[1, 0.5, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1.0]])), True),
     ],
 )
