@@ -1,4 +1,4 @@
-"""Compiles every kernel into the cache, by rendering a pass of a tiny scene with everything switched on, and one as planned."""
+"""Compiles every kernel into the cache, by two passes of a tiny scene: with everything switched on, and as planned."""
 
 from __future__ import annotations
 
