@@ -24,6 +24,7 @@ from photon_engine.shading.material import compile_material  # noqa: E402
 from photon_engine.shading.points import ObjectTable, ShadePoints  # noqa: E402
 from photon_engine.shading.trail import CAMERA  # noqa: E402
 from photon_engine.transport.renderer import Renderer  # noqa: E402
+from tests.oracle.cycles import write_float_exr  # noqa: E402
 
 SIZE = 32
 # Cycles' filter of 0.01 px shifts samples by up to 0.005 px, which is measured once; half-float tables and float32
@@ -50,10 +51,7 @@ class Patch:
         scene.cycles.pixel_filter_type = "BOX"
         scene.cycles.filter_width = 0.01
         scene.render.threads_mode, scene.render.threads = "FIXED", 1
-        settings = scene.render.image_settings
-        if hasattr(settings, "media_type"):
-            settings.media_type = "IMAGE"
-        settings.file_format, settings.color_depth, settings.color_mode = "OPEN_EXR", "32", "RGB"
+        write_float_exr(scene.render.image_settings)
         camera = bpy.data.cameras.new("Camera")
         camera.angle = 2.0 * math.atan(0.5)
         self.camera = bpy.data.objects.new("Camera", camera)

@@ -5,47 +5,20 @@ import math
 import numpy as np
 import pytest
 
-from photon_engine.scene.data import (
-    Camera,
-    Frame,
-    Graph,
-    Instance,
-    Light,
-    Material,
-    Mesh,
-    Node,
-    SceneData,
-    Socket,
-    World,
-)
+from photon_engine.scene.data import SceneData
+from tests.brute import scenes as s
 from tests.oracle import beams
 
 ALBEDO, IOR, IRRADIANCE = 0.5, 1.333, 3.0
 SLANT = math.radians(40.0)  # of the sun
 
 
-def graph(kind: str, value: float) -> Graph:
-    """A tree of one shader."""
-    inputs = {"Color": Socket([value] * 3 + [1.0], kind="RGBA"), "Roughness": Socket(0.0), "IOR": Socket(IOR)}
-    return Graph([Node(kind, "Shader", {}, inputs, {"BSDF": "SHADER"})], Socket(None, 0, "BSDF", "SHADER"))
-
-
 def pool(angle: float) -> SceneData:
     """A wide floor under water and a slanting sun, seen from straight above through a narrow window."""
-    square = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], np.float32)
-    mesh = Mesh("Square", square, np.array([[0, 1, 2], [0, 2, 3]], np.int32), None, None)
-    floor, sun, eye = np.diag([50.0, 50.0, 1.0, 1.0]), np.eye(4), np.eye(4)
-    floor[2, 3], eye[2, 3] = -0.5, 3.0
-    sun[:3, 2] = (math.sin(SLANT), 0.0, math.cos(SLANT))
-    sun[:3, 0] = (math.cos(SLANT), 0.0, -math.sin(SLANT))
-    return SceneData(
-        name="Pool", meshes=[mesh],
-        instances=[Instance(0, floor, [0], "Floor"), Instance(0, np.diag([50.0, 50.0, 1.0, 1.0]), [1], "Water")],
-        materials=[Material("Tiles", graph("ShaderNodeBsdfDiffuse", ALBEDO)),
-                   Material("Water", graph("ShaderNodeBsdfGlass", 1.0))],
-        lights=[Light("Sun", "SUN", sun, (IRRADIANCE,) * 3, angle=angle)], world=World(),
-        camera=Camera(matrix=eye, window=(-0.05, 0.05, -0.05, 0.05)), frame=Frame(8, 8, 0, 0, 8, 8),
-    )  # fmt: skip
+    floor, water = (s.quad((0, 0, z), (50, 0, 0), (0, 50, 0)) for z in (-0.5, 0.0))
+    sun = s.sun_lamp((-math.sin(SLANT), 0.0, -math.cos(SLANT)), angle, IRRADIANCE)
+    view = s.camera((0, 0, 3), (0, 0, 0), 0.05)
+    return s.build([(floor, s.diffuse(ALBEDO)), (water, s.glass(IOR))], [sun], view, picture=s.frame(8))
 
 
 def transmitted(c: float, eta: float) -> float:

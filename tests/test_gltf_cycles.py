@@ -16,6 +16,7 @@ from photon_engine.issues import IssueLog  # noqa: E402
 from photon_engine.settings import Settings  # noqa: E402
 from photon_engine.transport.renderer import Renderer  # noqa: E402
 from tests.node_patch import feed, new, out  # noqa: E402
+from tests.oracle.cycles import write_float_exr  # noqa: E402
 
 WIDTH, HEIGHT, BLOCK = 96, 48, 8
 LIGHT = ("Direct", "Caustic", "Diffuse", "Emission", "Environment")
@@ -126,10 +127,7 @@ def light_up(scene) -> None:
     scene.cycles.pixel_filter_type = "BOX"
     scene.cycles.filter_width = 1.0
     scene.render.threads_mode, scene.render.threads = "FIXED", 1
-    settings = scene.render.image_settings
-    if hasattr(settings, "media_type"):
-        settings.media_type = "IMAGE"
-    settings.file_format, settings.color_depth, settings.color_mode = "OPEN_EXR", "32", "RGB"
+    write_float_exr(scene.render.image_settings)
 
 
 def blocks(picture: np.ndarray) -> np.ndarray:

@@ -17,6 +17,7 @@ from photon_engine.settings import Settings  # noqa: E402
 from photon_engine.shading.nodes.light_path import LIGHT_PATH_COUNTS, LIGHT_PATH_FLAGS  # noqa: E402
 from photon_engine.transport.renderer import Renderer  # noqa: E402
 from tests.node_patch import feed, new, out  # noqa: E402
+from tests.oracle.cycles import write_float_exr  # noqa: E402
 
 SIZE = 16
 LIGHT = ("Direct", "Caustic", "Diffuse", "Emission", "Environment")
@@ -53,10 +54,7 @@ def scene_with_camera(z: float, angle: float = 0.3):
     scene.cycles.sample_clamp_indirect = 0.0
     scene.cycles.blur_glossy = 0.0
     scene.render.threads_mode, scene.render.threads = "FIXED", 1
-    settings = scene.render.image_settings
-    if hasattr(settings, "media_type"):
-        settings.media_type = "IMAGE"
-    settings.file_format, settings.color_depth, settings.color_mode = "OPEN_EXR", "32", "RGB"
+    write_float_exr(scene.render.image_settings)
     camera = bpy.data.cameras.new("Camera")
     camera.angle = angle
     thing = bpy.data.objects.new("Camera", camera)

@@ -18,6 +18,7 @@ from photon_engine.jit import kernel
 from photon_engine.lights.sample import lamps_along_ray, sample_light, suns_along_ray
 from photon_engine.lights.table import Emitters, build_lights
 from photon_engine.vec import add
+from tests.oracle.cycles import write_float_exr
 
 SIZE = 64  # pixels a side
 EXTENT = 4.0  # of the floor in the picture [m]
@@ -82,10 +83,7 @@ def scene():
     }.items():
         setattr(scene.cycles, name, value)
     scene.render.resolution_x = scene.render.resolution_y = SIZE
-    if hasattr(scene.render.image_settings, "media_type"):
-        scene.render.image_settings.media_type = "IMAGE"
-    scene.render.image_settings.file_format = "OPEN_EXR"
-    scene.render.image_settings.color_depth = "32"
+    write_float_exr(scene.render.image_settings)
     mesh = bpy.data.meshes.new("Floor")
     mesh.from_pydata([(-20, -20, 0), (20, -20, 0), (20, 20, 0), (-20, 20, 0)], [], [(0, 1, 2, 3)])
     mesh.materials.append(material("ShaderNodeBsdfDiffuse"))

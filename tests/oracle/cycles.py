@@ -98,19 +98,21 @@ def neutralise(scene, job: Job) -> None:
             setattr(scene.cycles, name, value)
 
 
+def write_float_exr(settings, channels: str = "RGB") -> None:
+    """Make image settings of either Blender line write an EXR of floats."""
+    if hasattr(settings, "media_type"):  # from Blender 5 on
+        settings.media_type = "IMAGE"
+    settings.file_format, settings.color_depth, settings.color_mode = "OPEN_EXR", "32", channels
+    settings.exr_codec = "ZIP"
+
+
 def render_batch(scene, seed: int, path: str) -> np.ndarray:
     """One render of the current scene through a float EXR: (h, w, 3), bottom row first."""
     import bpy
 
     scene.cycles.seed = seed
     scene.cycles.use_animated_seed = False
-    settings = scene.render.image_settings
-    if hasattr(settings, "media_type"):
-        settings.media_type = "IMAGE"
-    settings.file_format = "OPEN_EXR"
-    settings.color_mode = "RGBA"
-    settings.color_depth = "32"
-    settings.exr_codec = "ZIP"
+    write_float_exr(scene.render.image_settings, "RGBA")
     scene.render.filepath = path
     bpy.ops.render.render(write_still=True)
     return read_picture(path)
