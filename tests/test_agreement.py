@@ -36,18 +36,6 @@ MORE = {
 # Cycles needs hours for a verdict on single blocks: none may be out of its noise, and the whole picture is judged,
 # whose mean it knows to 0.2% (8768 samples a pixel, blocks to 5%)
 WHOLE = {"blenderdiplom_glass"}
-# differences that are understood or at least known; a fix makes the strict xfail fail, and the entry goes
-KNOWN = {
-    "bump_glossy": "a glossy ball with bumps of 35 degrees throws 5% too little light on the floor",
-}
-if bpy.app.version < (5, 0):
-    KNOWN["no_material"] = "4.5 shades a mesh without material grey, the reference is Blender 5's default Principled"
-
-
-def marked(names) -> list:
-    """Parameters, those of KNOWN expected to fail."""
-    failing = {name: [pytest.mark.xfail(reason=KNOWN[name], raises=AssertionError)] for name in KNOWN}
-    return [pytest.param(name, marks=failing.get(name, [])) for name in names]
 
 
 def check(name: str, passes: int = PASSES) -> None:
@@ -66,14 +54,14 @@ def check(name: str, passes: int = PASSES) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", marked(CHOSEN))
+@pytest.mark.parametrize("name", CHOSEN)
 def test_small_scene(name):
     scenes.build(name)
     check(name)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", marked(sorted(references.SHARED_JOBS)))
+@pytest.mark.parametrize("name", sorted(references.SHARED_JOBS))
 def test_shared_scene(name):
     if not shared.path_of(name).is_file():
         pytest.skip("../shared/scenes is not beside this clone")

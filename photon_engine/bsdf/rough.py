@@ -4,15 +4,66 @@ from __future__ import annotations
 
 from ..jit import kernel
 from ..vec import dot
-from .diffuse import bump_softening
+from .diffuse import INV_PI, bump_softening, sample_cosine
 from .frame import facet_normal, lobe_normal, negate, shading_ratio
 from .glass import eval_glass, side_eta
 from .layout import CLASS_ROUGH, DIFFUSE, HAS_NORMAL, NONE, REFLECT, SHEEN, TRANSLUCENT
 from .matte import eval_matte
 from .odd import eval_odd
-from .reflect import eval_reflect
+from .reflect import BLACK, eval_reflect, sample_reflect
 
 EPSILON = 1e-9  # cosines below this count as grazing: nothing is scattered
+FLAT_SHARE = 0.3  # of the photons that leave a rough bumped mirror as if it had no bumps
+EVEN_SHARE = 0.05  # of them that leave it evenly
+
+
+@kernel
+def is_bumped_mirror(rows, row, k):
+    """Whether a lobe reflects about a normal of its own."""
+    return rows.kind[row, k] == REFLECT and rows.params[row, k, HAS_NORMAL] != 0.0
+
+
+@kernel
+def seen_from(rows, row, k, normals, wo, wi):
+    """(f rgb, normal) of a bumped mirror as an eye path finds it that comes from wo; normals : (ns, ng) as given.
+
+    The normal is raised for whoever looks (`raised_normal`). A photon comes the other way, so that the normal must be
+    raised for where it goes: by where it came from, grazing light lost a fifth (75 degrees on bumps of 35) to a half.
+    """
+    ns, ng = normals
+    side = dot(ng, wo)
+    if side * dot(ng, wi) <= 0.0:
+        return BLACK, ns
+    n = facet_normal(rows, row, k, ns, ng, wo, side >= 0.0)
+    f, _ = eval_reflect(rows, row, k, n, wo, wi)
+    return f, n
+
+
+@kernel
+def sample_bumped_mirror(rows, row, k, normals, wo, u):
+    """A photon's way on from a rough bumped mirror: (ok, wi); normals : (ns, ng) as given.
+
+    What looks along the surface sees light in raised normals where facets about the photon's own normal send none. So
+    some leave by facets about ng and a few evenly: weights at 75 degrees on bumps of 35 stay below 45 (780 without).
+    """
+    ns, ng = normals
+    front = dot(wo, ng) >= 0.0
+    near = ng if front else negate(ng)
+    if u[0] < EVEN_SHARE:
+        wi = sample_cosine(near, u[1], u[2])
+        return dot(near, wi) > 0.0, wi
+    n = near if u[0] < EVEN_SHARE + FLAT_SHARE else facet_normal(rows, row, k, ns, ng, wo, front)
+    ok, wi, _, _ = sample_reflect(rows, row, k, n, near, wo, u[1], u[2])
+    return ok, wi
+
+
+@kernel
+def mirror_density(rows, row, k, ng, pair, pdf):
+    """Density of `sample_bumped_mirror`; pair : (wo, wi), ng on the side of wo, pdf : that of the facets alone."""
+    wo, wi = pair
+    _, flat = eval_reflect(rows, row, k, ng, wo, wi)
+    even = max(dot(ng, wi), 0.0) * INV_PI
+    return (1.0 - EVEN_SHARE - FLAT_SHARE) * pdf + EVEN_SHARE * even + FLAT_SHARE * flat
 
 
 @kernel
@@ -31,6 +82,9 @@ def eval_lobe(rows, row, k, ns, ng, wo, wi, adjoint):
     n = facet_normal(rows, row, k, ns, ng, wo, front)
     if kind == REFLECT:
         f, pdf = eval_reflect(rows, row, k, n, wo, wi)
+        if adjoint and is_bumped_mirror(rows, row, k):
+            f, n = seen_from(rows, row, k, (ns, ng), wi, wo)
+            pdf = mirror_density(rows, row, k, ng if front else negate(ng), (wo, wi), pdf)
         return f, pdf, n, 1.0
     eta = side_eta(rows, row, k, front)
     f, pdf = eval_glass(rows, row, k, n, wo, wi, eta)

@@ -34,7 +34,7 @@ from .layout import (
 from .matte import sample_lambert, sample_matte
 from .odd import sample_odd
 from .reflect import BLACK, UP, sample_reflect
-from .rough import EPSILON, rough_total
+from .rough import EPSILON, is_bumped_mirror, rough_total, sample_bumped_mirror
 
 CLASS_ANY = -1
 
@@ -221,7 +221,11 @@ def sample_any(rows, row, ns, ng, wo, cls, scratch, u, adjoint):
     k, u0, total, count = choose(rows, row, scratch, cls, u[0])
     if k < 0:
         return False, UP, BLACK, 0.0, 1.0
-    ok, wi, value, pdf, eta = sample_lobe(rows, row, k, ns, ng, wo, (u0, u[1], u[2]), adjoint)
+    value, pdf, eta = BLACK, 0.0, 1.0
+    if adjoint and scratch[k, 4] == CLASS_ROUGH and is_bumped_mirror(rows, row, k):
+        ok, wi = sample_bumped_mirror(rows, row, k, (ns, ng), wo, (u0, u[1], u[2]))
+    else:
+        ok, wi, value, pdf, eta = sample_lobe(rows, row, k, ns, ng, wo, (u0, u[1], u[2]), adjoint)
     if not ok:
         return False, UP, BLACK, 0.0, 1.0
     column = 0

@@ -24,6 +24,8 @@ SLOW = {
         "absorbing_glass",
     )
 }  # fmt: skip
+# Blender 4 shades a mesh without material matt grey, Blender 5 as a default Principled
+BY_VERSION = {"no_material"}
 SHARED_JOBS = {
     name: cycles.Job(
         builder="tests.oracle.shared:build", arguments={"name": name}, spp=64, seconds=120, target=0.0015,
@@ -42,8 +44,11 @@ def scene_job(name: str) -> cycles.Job:
 
 
 def path_of(name: str) -> Path:
-    """Where a reference is kept."""
-    return FOLDER / f"{name}.exr"
+    """Where the reference for this Blender is kept."""
+    import bpy
+
+    older = name in BY_VERSION and bpy.app.version[0] < 5
+    return FOLDER / f"{name}{'_blender4' if older else ''}.exr"
 
 
 def make(name: str) -> dict:

@@ -10,7 +10,7 @@ from scipy import stats
 
 from .. import recipes
 from ..batch import eval_batch, prepare_batch, sample_batch
-from ..layout import CLASS_ROUGH, CLASS_SHARP
+from ..layout import CLASS_ROUGH, CLASS_SHARP, pack
 from .registry import ROUGH, SHARP, WHITE, direction, frames, rows_of, zeros
 
 VIEWS = [0.95, 0.35, -0.7]
@@ -76,9 +76,7 @@ def test_weight_is_f_cos_over_pdf(name, mu):
     np.testing.assert_allclose(weight[ok], expected[ok], rtol=1e-5, atol=1e-12)
 
 
-# photons keep the normal that is raised for where they come from: raised for where they go, the noise of light from a
-# bumped glossy ball grew by half and its mean by 0.2%
-@pytest.mark.parametrize(("name", "mu"), [case for case in CASES if case[0] != "glossy_bumped"])
+@pytest.mark.parametrize(("name", "mu"), CASES)
 @pytest.mark.parametrize("tilted", [False, True])
 def test_photons_carry_the_adjoint(name, mu, tilted):
     """A photon's weight is f seen from where it goes, |ns.wo| |ng.wi| / |ng.wo| / pdf [Veach 1997, section 5.3]."""
@@ -99,6 +97,27 @@ def test_photons_carry_the_adjoint(name, mu, tilted):
     keep = ok & ~raised
     assert keep.any() or not ok.any()
     np.testing.assert_allclose(weight[keep], expected[keep], rtol=1e-5, atol=1e-12)
+
+
+@pytest.mark.parametrize("degrees", [40.0, 75.0])
+def test_bumped_mirrors_throw_what_is_seen_in_them(degrees):
+    """Light off bumps of 35 degrees: photons carry away what eye paths of all directions find, and no photon blazes.
+
+    Noise of the means: 0.6% for eye paths, 0.3% for photons (150 000 each). Photons with normals raised for where
+    they come from, not for where they go, carried 18% too little at 75 degrees.
+    """
+    rng, n = np.random.default_rng(5), 150_000
+    turn, t = 2.0 * math.pi * rng.random(n), math.radians(35.0)
+    normal = np.stack([math.sin(t) * np.cos(turn), math.sin(t) * np.sin(turn), np.full(n, math.cos(t))], axis=1)
+    lobes = recipes.glossy(1.0, 0.35, normal, distribution="GGX")
+    rows, index, up = pack(lobes, n, len(lobes) + 1), np.arange(n), np.tile([0.0, 0.0, 1.0], (n, 1))
+    light = np.tile(direction(math.cos(math.radians(degrees))), (n, 1))
+    ok, _, weight, _, _ = sample_batch(rows, index, (up, up, light), rng.random((n, 3)), adjoint=1)
+    z, phi = np.sqrt(rng.random(n)), 2.0 * math.pi * rng.random(n)
+    s = np.sqrt(1.0 - z * z)
+    seen, _ = eval_batch(rows, index, (up, up, np.stack([s * np.cos(phi), s * np.sin(phi), z], axis=1)), light)
+    assert weight[ok, 0].sum() / n == pytest.approx(math.pi * seen[:, 0].mean(), rel=0.025)
+    assert weight[ok].max() < 60.0
 
 
 @pytest.mark.parametrize("name", [n for n in ROUGH if n in ("lambert", "oren_nayar", "glossy", "glass", "refraction")])
