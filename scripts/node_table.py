@@ -28,9 +28,7 @@ OLD_ONLY = {
 }  # fmt: skip
 # what a supported node does otherwise; renders report it too
 PARTLY = {
-    "ShaderNodeBsdfPrincipled": "subsurface as diffuse; no thin film, no thin wall",
-    "ShaderNodeBsdfMetallic": "no thin film",
-    "ShaderNodeBsdfGlass": "no thin film",
+    "ShaderNodeBsdfPrincipled": "subsurface as diffuse, but of thin walls",
     "ShaderNodeSubsurfaceScattering": "as diffuse",
     "ShaderNodeVolumeScatter": "only what it absorbs",
     "ShaderNodeVolumePrincipled": "only what it absorbs",

@@ -82,11 +82,21 @@ def glossy(roughness, distribution, color=TINT):
                 lambda: recipes.glossy(color, roughness, distribution=distribution))  # fmt: skip
 
 
-def glass(roughness, distribution="MULTI_GGX", ior=1.5, color=TINT):
+def glass(roughness, distribution="MULTI_GGX", ior=1.5, color=TINT, **film):
     """Glass BSDF."""
-    sockets = {"Color": color, "Roughness": roughness, "IOR": ior}
+    sockets = {"Color": color, "Roughness": roughness, "IOR": ior, **under(film)}
     return case("ShaderNodeBsdfGlass", {"distribution": distribution}, sockets,
-                lambda: recipes.glass(color, roughness, ior, distribution=distribution))  # fmt: skip
+                lambda: recipes.glass(color, roughness, ior, distribution=distribution, **filmed(film)))  # fmt: skip
+
+
+def under(film):
+    """Sockets of a thin film."""
+    return {f"Thin Film {'IOR' if name == 'film_ior' else 'Thickness'}": value for name, value in film.items()}
+
+
+def filmed(film):
+    """Our keyword for a thin film."""
+    return {"thin_film": recipes.film(film["thickness"], film["film_ior"])} if film else {}
 
 
 def refraction(roughness, ior=1.5, distribution="GGX"):
@@ -102,16 +112,17 @@ def diffuse(roughness):
                 lambda: recipes.diffuse(TINT, roughness))  # fmt: skip
 
 
-def metallic(model, roughness, distribution="MULTI_GGX"):
+def metallic(model, roughness, distribution="MULTI_GGX", **film):
     """Metallic BSDF; the physical one is gold."""
     if model == "F82":
-        sockets = {"Base Color": TINT, "Edge Tint": [0.5, 0.7, 1.0], "Roughness": roughness}
+        sockets = {"Base Color": TINT, "Edge Tint": [0.5, 0.7, 1.0], "Roughness": roughness, **under(film)}
         return case("ShaderNodeBsdfMetallic", {"fresnel_type": "F82"}, sockets,
-                    lambda: recipes.metallic_f82(TINT, [0.5, 0.7, 1.0], roughness))  # fmt: skip
+                    lambda: recipes.metallic_f82(TINT, [0.5, 0.7, 1.0], roughness, **filmed(film)))  # fmt: skip
     n, k = [0.183, 0.421, 1.373], [3.424, 2.345, 1.770]
     return case("ShaderNodeBsdfMetallic", {"fresnel_type": "PHYSICAL_CONDUCTOR", "distribution": distribution},
-                {"IOR": n, "Extinction": k, "Roughness": roughness},
-                lambda: recipes.metallic_conductor(n, k, roughness, distribution=distribution))  # fmt: skip
+                {"IOR": n, "Extinction": k, "Roughness": roughness, **under(film)},
+                lambda: recipes.metallic_conductor(n, k, roughness, distribution=distribution, **filmed(film)),
+    )  # fmt: skip
 
 
 CASES = {
@@ -168,6 +179,49 @@ CASES = {
         emission_color=TINT, emission_strength=2.0, coat_weight=1.0, coat_tint=TINT, alpha=0.7
     ),
 }
+FILMS = {
+    "principled_film": principled(roughness=0.2, thin_film_thickness=300.0, thin_film_ior=1.4),
+    "principled_film_thick": principled(
+        roughness=0.5, ior=1.3, specular_tint=TINT, specular_ior_level=1.0, thin_film_thickness=900.0, thin_film_ior=1.8
+    ),
+    "principled_film_faint": principled(roughness=0.1, thin_film_thickness=0.6, thin_film_ior=2.0),
+    "principled_film_level": principled(specular_ior_level=0.0, thin_film_thickness=400.0, thin_film_ior=1.33),
+    "principled_film_glass": principled(
+        base_color=TINT, transmission_weight=1.0, roughness=0.2, thin_film_thickness=450.0, thin_film_ior=1.33
+    ),
+    "principled_film_bubble": principled(
+        base_color=[1.0, 1.0, 1.0], transmission_weight=1.0, roughness=0.0, ior=1.0, thin_film_thickness=500.0,
+        thin_film_ior=1.4,
+    ),
+    "principled_film_water": principled(
+        transmission_weight=1.0, roughness=0.3, ior=0.8, thin_film_thickness=350.0, thin_film_ior=1.5
+    ),
+}
+NEW_IN_5 = {
+    "principled_film_metal": principled(
+        base_color=TINT, metallic=1.0, roughness=0.3, thin_film_thickness=400.0, thin_film_ior=1.6
+    ),
+    "principled_film_half": principled(
+        base_color=TINT, metallic=0.5, roughness=0.0, thin_film_thickness=250.0, thin_film_ior=1.5,
+        specular_tint=[0.5, 0.8, 1.0],
+    ),
+    "film_glass": glass(0.3, thickness=380.0, film_ior=1.7),
+    "film_f82": metallic("F82", 0.2, thickness=600.0, film_ior=1.5),
+    "film_gold": metallic("GOLD", 0.4, thickness=280.0, film_ior=1.33),
+    **{
+        f"wall_{r}": principled(base_color=TINT, transmission_weight=1.0, roughness=r, thin_wall=True)
+        for r in (0.0, 0.3, 0.8)
+    },
+    "wall_film": principled(
+        base_color=TINT, transmission_weight=0.8, roughness=0.2, thin_wall=True, specular_tint=[0.5, 0.8, 1.0],
+        thin_film_thickness=420.0, thin_film_ior=1.8, coat_weight=0.5, coat_roughness=0.2,
+    ),
+    "wall_leaf": principled(base_color=TINT, subsurface_weight=0.8, subsurface_anisotropy=0.4, thin_wall=True),
+    "wall_leaf_rough": principled(
+        base_color=TINT, subsurface_weight=1.0, subsurface_anisotropy=-0.3, thin_wall=True, diffuse_roughness=0.8
+    ),
+}
+CASES |= FILMS | (NEW_IN_5 if bpy.app.version >= (5, 0) else {})
 VIEWS = [(0.0, False), (45.0, False), (75.0, False), (0.0, True), (60.0, True)]  # degrees from the normal, back side
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ..jit import kernel
+from .fields import ONE, field3, mix3
 from .fresnel import (
     average_conductor,
     average_dielectric,
@@ -15,42 +16,33 @@ from .fresnel import (
 from .layout import (
     COLOR_A,
     COLOR_B,
+    FILM,
     FRESNEL,
     FRESNEL_CONDUCTOR,
     FRESNEL_DIELECTRIC,
     FRESNEL_F82,
     FRESNEL_GENERALIZED,
     FRESNEL_NONE,
+    FRESNEL_SHEET,
     GLASS,
     IOR,
     MULTISCATTER,
     REFLECT,
     ROUGHNESS,
+    THIN,
 )
 from .tables import dielectric_share, glass_albedo, schlick_share_5, white_albedo
-
-ONE = (1.0, 1.0, 1.0)
-
-
-@kernel
-def field3(rows, row, k, offset):
-    """Three numbers of a lobe as a tuple of doubles."""
-    p = rows.params
-    return (float(p[row, k, offset]), float(p[row, k, offset + 1]), float(p[row, k, offset + 2]))
-
-
-@kernel
-def mix3(a, b, t):
-    """a + (b - a) t."""
-    return (a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t, a[2] + (b[2] - a[2]) * t)
+from .thinfilm import film_fresnel, film_glass
 
 
 @kernel
 def reflect_albedo(rows, row, k, mu):
     """Estimated directional albedo (rgb) of a REFLECT lobe of unit weight, single scattering made up for."""
     mode = int(rows.params[row, k, FRESNEL])
-    if mode == FRESNEL_NONE:
+    if mode == FRESNEL_NONE or mode == FRESNEL_SHEET:
         return ONE
+    if rows.params[row, k, FILM] > 0.0:
+        return film_fresnel(rows, row, k, mu)  # as if smooth: there is no table of films
     rough = float(rows.params[row, k, ROUGHNESS])
     a = field3(rows, row, k, COLOR_A)
     if mode == FRESNEL_GENERALIZED:
@@ -75,8 +67,14 @@ def glass_estimate(rows, row, k, mu, eta):
     """Estimated directional albedo (rgb) of a GLASS lobe of unit weight; eta: as seen from this side."""
     a = field3(rows, row, k, COLOR_A)
     b = field3(rows, row, k, COLOR_B)
+    generalized = int(rows.params[row, k, FRESNEL]) == FRESNEL_GENERALIZED
+    if rows.params[row, k, FILM] > 0.0:
+        r = film_glass(rows, row, k, mu, eta)
+        if not generalized:
+            return (b[0] + (a[0] - b[0]) * r[0], b[1] + (a[1] - b[1]) * r[1], b[2] + (a[2] - b[2]) * r[2])
+        return (r[0] + (1.0 - r[0]) * b[0], r[1] + (1.0 - r[1]) * b[1], r[2] + (1.0 - r[2]) * b[2])
     f, _ = fresnel_dielectric(mu, eta)
-    if int(rows.params[row, k, FRESNEL]) == FRESNEL_GENERALIZED:
+    if generalized:
         r = mix3(a, ONE, schlick_share(f, eta))
         return (r[0] + (1.0 - r[0]) * b[0], r[1] + (1.0 - r[1]) * b[1], r[2] + (1.0 - r[2]) * b[2])
     return mix3(b, a, f)
@@ -84,10 +82,10 @@ def glass_estimate(rows, row, k, mu, eta):
 
 @kernel
 def average_fresnel(rows, row, k):
-    """Cosine-weighted mean reflectance (rgb) of a REFLECT lobe's Fresnel curve; FRESNEL_NONE: its colour."""
+    """Cosine-weighted mean reflectance (rgb) of a REFLECT lobe's Fresnel curve; FRESNEL_NONE and SHEET: its colour."""
     mode = int(rows.params[row, k, FRESNEL])
     a = field3(rows, row, k, COLOR_A)
-    if mode == FRESNEL_NONE:
+    if mode == FRESNEL_NONE or mode == FRESNEL_SHEET:
         return a
     b = field3(rows, row, k, COLOR_B)
     if mode == FRESNEL_F82:
@@ -109,7 +107,7 @@ def multiscatter(rows, row, k, mu, eta):
     out : (scale, darkening rgb); the lobe's weight is multiplied by both, its layering albedo by darkening alone.
     """
     kind = rows.kind[row, k]
-    if rows.params[row, k, MULTISCATTER] != 1.0 or not (kind == REFLECT or kind == GLASS):
+    if rows.params[row, k, MULTISCATTER] != 1.0 or not (kind == REFLECT or kind == GLASS or kind == THIN):
         return 1.0, ONE
     rough = float(rows.params[row, k, ROUGHNESS])
     if rough < 0.01:
@@ -117,6 +115,9 @@ def multiscatter(rows, row, k, mu, eta):
     if kind == REFLECT:
         e, mean = white_albedo(rough, mu)
         f = average_fresnel(rows, row, k)
+    elif kind == THIN:
+        e, _ = white_albedo(rough, mu)
+        return 1.0 / e, ONE
     else:
         e, mean = glass_albedo(rough, mu, eta)
         f = field3(rows, row, k, COLOR_B)

@@ -7,13 +7,14 @@ from the eye crosses (the convention of `surface.sample`).
 from __future__ import annotations
 
 from ..jit import kernel
-from ..vec import add, basis, dot, madd, normalize, scale
-from .albedo import ONE, field3, mix3
+from ..vec import add, basis, dot, madd, mul, normalize, scale
+from .fields import BLACK, ONE, field3, mix3
 from .fresnel import fresnel_dielectric, schlick_share
-from .layout import BECKMANN, COLOR_A, COLOR_B, FRESNEL, FRESNEL_GENERALIZED, GLASS, IOR, MULTISCATTER, ROUGHNESS
+from .layout import BECKMANN, COLOR_A, COLOR_B, FILM, FRESNEL, FRESNEL_GENERALIZED, GLASS, IOR, MULTISCATTER, ROUGHNESS
 from .microfacet import DELTA_ALPHA, NEARLY_ONE, sin2_between
 from .older import facet_d, facet_lambda
-from .reflect import BLACK, UP, sample_facet
+from .reflect import UP, sample_facet
+from .thinfilm import film_glass
 
 
 @kernel
@@ -31,15 +32,25 @@ def is_delta(rows, row, k):
 
 
 @kernel
-def glass_fresnel(rows, row, k, c, eta):
-    """(reflected rgb, transmitted rgb, cos_t, probability of reflection) at a facet met at the cosine c."""
+def glass_fresnel(rows, row, k, c, eta, adjoint):
+    """(reflected rgb, transmitted rgb, cos_t, probability of reflection) at a facet met at the cosine c.
+
+    adjoint : of a photon; through a film it passes what the eye sees pass on the other side.
+    """
     f, cos_t = fresnel_dielectric(c, eta)
     if rows.kind[row, k] != GLASS:
         t = ONE if f < 1.0 else BLACK
         return BLACK, t, cos_t, 0.0
     a = field3(rows, row, k, COLOR_A)
     b = field3(rows, row, k, COLOR_B)
-    if int(rows.params[row, k, FRESNEL]) == FRESNEL_GENERALIZED:
+    generalized = int(rows.params[row, k, FRESNEL]) == FRESNEL_GENERALIZED
+    if rows.params[row, k, FILM] > 0.0:
+        r = film_glass(rows, row, k, c, eta)
+        t = film_glass(rows, row, k, cos_t, 1.0 / eta) if adjoint and f < 1.0 else r
+        t = ((1.0 - t[0]) * b[0], (1.0 - t[1]) * b[1], (1.0 - t[2]) * b[2])
+        if not generalized:
+            r = mul(r, a)
+    elif generalized:
         r = mix3(a, ONE, schlick_share(f, eta))
         t = ((1.0 - r[0]) * b[0], (1.0 - r[1]) * b[1], (1.0 - r[2]) * b[2])
     else:
@@ -53,7 +64,7 @@ def glass_fresnel(rows, row, k, c, eta):
 
 
 @kernel
-def eval_glass(rows, row, k, n, wo, wi, eta):
+def eval_glass(rows, row, k, n, wo, wi, eta, adjoint):
     """GGX dielectric: reflection, or refraction [Walter et al. 2007, Eq. 20, 21], and the density of `sample_glass`.
 
     out : (f rgb without cosine [1/sr], pdf_w); zeros for a delta lobe and for pairs that no facet connects.
@@ -72,7 +83,7 @@ def eval_glass(rows, row, k, n, wo, wi, eta):
     c_i = dot(h, wi)
     if c <= 0.0 or (through and c_i >= 0.0):
         return BLACK, 0.0
-    r, t, _, p_reflect = glass_fresnel(rows, row, k, c, eta)
+    r, t, _, p_reflect = glass_fresnel(rows, row, k, c, eta, adjoint)
     shape = float(rows.params[row, k, MULTISCATTER])
     g_o = 1.0 + facet_lambda(shape, cos_o, alpha2)
     common = facet_d(shape, sin2_between(n, h), alpha2) / cos_o
@@ -97,7 +108,7 @@ def refract_in(wo, h, c, cos_t, eta):
 
 
 @kernel
-def sample_glass(rows, row, k, n, ng, wo, eta, u):
+def sample_glass(rows, row, k, n, ng, wo, eta, u, adjoint):
     """Reflect or refract wo at a visible facet, by the energy of either; a REFRACT lobe refracts or fails.
 
     n : the lobe's normal;  ng : geometric normal on the side of wo;  u : three numbers in [0, 1), u[0] decides; below 0
@@ -118,7 +129,7 @@ def sample_glass(rows, row, k, n, ng, wo, eta, u):
     c = dot(h, wo)
     if c <= 0.0:
         return False, UP, BLACK, 0.0, False
-    value, t, cos_t, p = glass_fresnel(rows, row, k, c, eta)
+    value, t, cos_t, p = glass_fresnel(rows, row, k, c, eta, adjoint)
     through = u[0] >= p
     if through:
         value = t

@@ -6,7 +6,8 @@ import math
 
 from ..jit import kernel
 from ..vec import dot, luminance, max3, mul
-from .albedo import ONE, field3, glass_estimate, multiscatter, reflect_albedo
+from .albedo import glass_estimate, multiscatter, reflect_albedo
+from .fields import ONE, field3
 from .frame import facet_normal, lobe_normal
 from .glass import is_delta, side_eta
 from .layout import (
@@ -17,9 +18,11 @@ from .layout import (
     COLOR_B,
     DIFFUSE,
     EMISSION,
+    FILM,
     FRESNEL,
     FRESNEL_GENERALIZED,
     FRESNEL_NONE,
+    FRESNEL_SHEET,
     GLASS,
     GROUP,
     HAS_NORMAL,
@@ -38,6 +41,7 @@ from .layout import (
 )
 from .matte import SMOOTH
 from .sheen import sheen_albedo
+from .sheet import sheet_shares
 
 IDEAL = 0.01  # a roughness below this is none: see DELTA_ALPHA, and `multiscatter`
 CLASS_NOTHING = -2  # of lobes that scatter nothing (emission, holdout)
@@ -71,6 +75,8 @@ def is_plain(rows, row):
         return False
     if kind == REFLECT:
         return p[row, 0, FRESNEL] == FRESNEL_NONE
+    if p[row, 0, FILM] > 0.0:
+        return False
     return (
         p[row, 0, COLOR_A] == p[row, 0, COLOR_B]
         and p[row, 0, COLOR_A + 1] == p[row, 0, COLOR_B + 1]
@@ -112,13 +118,17 @@ def weigh_plain(rows, row, scratch):
 
 @kernel
 def facet_response(rows, row, k, ns, ng, wo):
-    """(scale, darkening rgb, albedo estimate rgb, cosine) of a REFLECT, GLASS or REFRACT lobe seen from wo.
+    """(scale, darkening rgb, albedo estimate rgb, cosine) of a lobe of facets, or of a sheet, seen from wo.
 
     The lobe's weight is to be multiplied by scale and darkening; the estimate is for unit weight, without them.
     """
     front = dot(wo, ng) >= 0.0
     mu = dot(facet_normal(rows, row, k, ns, ng, wo, front), wo)
     kind = rows.kind[row, k]
+    if int(rows.params[row, k, FRESNEL]) == FRESNEL_SHEET:
+        scale, dark = multiscatter(rows, row, k, mu, 1.0)
+        back, through = sheet_shares(rows, row, k, mu)
+        return scale, mul(dark, back if kind == REFLECT else through), ONE, mu
     if kind == REFLECT:
         scale, dark = multiscatter(rows, row, k, mu, 1.0)
         return scale, dark, reflect_albedo(rows, row, k, mu), mu
@@ -127,6 +137,15 @@ def facet_response(rows, row, k, ns, ng, wo):
         scale, dark = multiscatter(rows, row, k, mu, eta)
         return scale, dark, glass_estimate(rows, row, k, mu, eta), mu
     return 1.0, ONE, ONE, mu
+
+
+@kernel
+def is_faceted(rows, row, k):
+    """Whether a lobe's weight follows from the cosine to the normal: facets of any kind, and a smooth thin wall."""
+    kind = rows.kind[row, k]
+    return kind >= REFLECT and (
+        kind < TRANSPARENT or (kind == TRANSPARENT and int(rows.params[row, k, FRESNEL]) == FRESNEL_SHEET)
+    )
 
 
 @kernel
@@ -172,7 +191,7 @@ def weigh(rows, row, ns, ng, wo, scratch, column):
         if g > 0.0:
             w = mul(w, below)
         albedo = w
-        if kind >= REFLECT and kind < TRANSPARENT:
+        if is_faceted(rows, row, k):
             scale, dark, estimate, mu = facet_response(rows, row, k, ns, ng, wo)
             w = mul(w, dark)
             albedo = mul(w, estimate)

@@ -17,14 +17,15 @@ TRANSLUCENT = 2  # Lambert through the surface
 REFLECT = 3  # GGX reflection (glossy, metal, coat, dielectric specular), see the Fresnel modes
 GLASS = 4  # GGX dielectric: reflects and refracts
 REFRACT = 5  # GGX refraction only
-TRANSPARENT = 6  # straight through: no vertex of the path ("null")
-EMISSION = 7  # radiates `weight`, both sides
-HOLDOUT = 8
-ABSORPTION = 9  # of the inside of a volume; never in a row
-SHEEN = 10  # a layer of fibres, its albedo times the weight
-VELVET = 11  # Ashikhmin's
-TOON = 12  # an even cone about the normal: ROUGHNESS is its size, IOR the width of its rim, both of 90 degrees
-TOON_GLOSSY = 13  # the same about the mirrored view
+THIN = 6  # GGX mirror to the other side: what passes a thin wall; FRESNEL_SHEET
+TRANSPARENT = 7  # straight through: no vertex of the path ("null"); FRESNEL_SHEET: a smooth thin wall's share
+EMISSION = 8  # radiates `weight`, both sides
+HOLDOUT = 9
+ABSORPTION = 10  # of the inside of a volume; never in a row
+SHEEN = 11  # a layer of fibres, its albedo times the weight
+VELVET = 12  # Ashikhmin's
+TOON = 13  # an even cone about the normal: ROUGHNESS is its size, IOR the width of its rim, both of 90 degrees
+TOON_GLOSSY = 14  # the same about the mirrored view
 
 # Fresnel modes of REFLECT and GLASS
 FRESNEL_NONE = 0  # 1 (Glossy BSDF: weight is the colour; COLOR_A = colour too, for MULTISCATTER)
@@ -32,6 +33,7 @@ FRESNEL_DIELECTRIC = 1  # unpolarised Fresnel of IOR
 FRESNEL_F82 = 2  # metal: COLOR_A = F0, COLOR_B = tint at 82 degrees
 FRESNEL_GENERALIZED = 3  # dielectric shape between COLOR_A = F0 and COLOR_B = F90, normalised by IOR
 FRESNEL_CONDUCTOR = 4  # metal of index n + ik: COLOR_A = n, COLOR_B = k
+FRESNEL_SHEET = 5  # a thin wall as a whole, by the view (sheet.py): COLOR_A = tint of F0, COLOR_B of what passes
 
 # fields
 WEIGHT = 0  # 3: colour times mixing weight
@@ -39,7 +41,7 @@ ROUGHNESS = 3  # Blender's, unsquared
 ANISOTROPY = 4  # REFLECT: A > 0: GGX widths roughness^2 A along TANGENT and roughness^2 / A across; 0: round
 IOR = 5  # of the inside over the outside (for GLASS and REFRACT a back face inverts it)
 FRESNEL = 6  # a mode
-COLOR_A = 7  # 3; DIFFUSE with roughness: the albedo
+COLOR_A = 7  # 3; DIFFUSE and TRANSLUCENT with roughness: the albedo
 COLOR_B = 10  # 3; GLASS: transmission tint, with COLOR_A the reflection tint (GENERALIZED: F0; F90 is 1)
 HAS_NORMAL = 13  # 1: NORMAL replaces the surface's shading normal; DISPLACED: it is what the surface's has become
 NORMAL = 14  # 3: unit, world, on the side of the geometric normal
@@ -47,8 +49,10 @@ GROUP = 17  # lobes of the same group > 0 are layered: see LAYER
 LAYER = 18  # > 0: share covered (coat weight; specular: 1); later lobes of the group get what its albedo leaves
 MULTISCATTER = 19  # 1: energy lost between microfacets is given back (Multiscatter GGX); or another shape of facets:
 TINT = 20  # 3: coat tint: what passes under this layer is multiplied by TINT^(1/cos in the coat)
+FILM = 23  # thickness of a film on the facets [nm], 0: none; of GLASS, SHEET, metals and GENERALIZED mirrors
 TANGENT = 24  # 3: world, any length, with ANISOTROPY
-N_FIELDS = 27
+FILM_IOR = 27  # of the film
+N_FIELDS = 28
 DISPLACED = 2.0  # value of HAS_NORMAL
 BECKMANN = 2.0  # values of MULTISCATTER: facets that are not GGX's; REFLECT, and Beckmann's also GLASS and REFRACT
 ASHIKHMIN = 3.0

@@ -12,10 +12,12 @@ import sys
 from pathlib import Path
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from ..jit import kernel
 from .fresnel import fresnel_dielectric, schlick_share
 from .microfacet import NEARLY_ONE, ggx_lambda, sample_vndf
+from .observer import FILM_POINTS, FILM_STEP, OBSERVER, XYZ_TO_RGB
 
 MODE_WHITE = 0  # E of a perfectly reflecting GGX
 MODE_GLASS = 1  # E of dielectric reflection and refraction together
@@ -101,6 +103,21 @@ def tabulate(mode: int, size: int, eta: np.ndarray, points: int) -> tuple[np.nda
     return table, np.einsum("zyx,y->zx", dense, weights * mu)
 
 
+def film_sensitivity() -> np.ndarray:
+    """Fourier transforms of the eye's linear Rec. 709 curves over frequency: (real and imaginary r, g, b; difference).
+
+        S_c(d) = int c(l) exp(-2 pi i d / l) dl / int c(l) dl      [Belcour and Barla 2017, section 4]
+
+    d : optical path difference [nm], FILM_POINTS steps of FILM_STEP;  out : (6, FILM_POINTS)
+    """
+    measured = np.arange(380.0, 780.1, 5.0)
+    wavelength = np.arange(380.0, 780.1, 1.0)
+    curves = XYZ_TO_RGB @ CubicSpline(measured, OBSERVER)(wavelength).T
+    phase = -2.0 * math.pi * FILM_STEP * np.arange(FILM_POINTS)[:, None] / wavelength
+    waves = curves @ np.exp(1j * phase).T / curves.sum(axis=1)[:, None]
+    return np.concatenate([waves.real, waves.imag])
+
+
 def compute(points: int) -> dict[str, np.ndarray]:
     """All tables, float32."""
     eta = index_grid(N_COARSE)
@@ -114,7 +131,8 @@ def compute(points: int) -> dict[str, np.ndarray]:
         "white": white, "white_avg": white_avg, "glass": glass, "glass_avg": glass_avg,
         "inverse": inverse, "inverse_avg": inverse_avg, "share": share, "schlick": schlick,
     }  # fmt: skip
-    return {name: np.clip(value, 0.0, 1.0).astype(np.float32) for name, value in tables.items()}
+    clipped = {name: np.clip(value, 0.0, 1.0).astype(np.float32) for name, value in tables.items()}
+    return {**clipped, "film": film_sensitivity().astype(np.float32)}
 
 
 def main() -> None:

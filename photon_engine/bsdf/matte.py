@@ -10,8 +10,8 @@ import math
 
 from ..jit import inlined, kernel
 from ..vec import dot, scale
-from .albedo import field3
 from .diffuse import INV_PI, oren_nayar, sample_cosine
+from .fields import field3
 from .frame import negate, shading_ratio
 from .layout import COLOR_A, DIFFUSE, ROUGHNESS
 from .reflect import BLACK
@@ -21,9 +21,9 @@ SMOOTH = 1e-5  # an Oren-Nayar roughness below this is Lambert
 
 @kernel
 def matte_value(rows, row, k, cos_light, cos_view, light_view):
-    """f (rgb, without cosine) of a lit pair of directions: Lambert, or Oren-Nayar of a rough DIFFUSE lobe."""
+    """f (rgb, without cosine) of a lit pair of directions: Lambert, or Oren-Nayar of a rough lobe."""
     rough = float(rows.params[row, k, ROUGHNESS])
-    if rows.kind[row, k] == DIFFUSE and rough >= SMOOTH:
+    if rough >= SMOOTH:
         return oren_nayar(cos_light, max(cos_view, 0.0), light_view, rough, field3(rows, row, k, COLOR_A))
     return (INV_PI, INV_PI, INV_PI)
 
@@ -41,11 +41,13 @@ def eval_matte(rows, row, k, n, ng, wo, wi, adjoint):
         return BLACK, 0.0
     pdf = cos_s * INV_PI
     cos_o = dot(n, wo)
+    cos_i = dot(n, wi)
+    between = dot(wo, wi) + (side - 1.0) * cos_i * cos_o  # to wi, or through the surface to its image
     if adjoint:
         if cos_o <= 0.0:
             return BLACK, pdf
-        return matte_value(rows, row, k, cos_o, dot(n, wi), dot(wo, wi)), pdf
-    return matte_value(rows, row, k, cos_s, cos_o, dot(wo, wi)), pdf
+        return matte_value(rows, row, k, cos_o, side * cos_i, between), pdf
+    return matte_value(rows, row, k, cos_s, cos_o, between), pdf
 
 
 @kernel
@@ -69,7 +71,7 @@ def sample_matte(rows, row, k, n, ng, wo, u, adjoint):
             return False, wi, BLACK, 0.0
     elif side * dot(ng, wi) <= 0.0 or pdf <= 0.0:
         return False, wi, BLACK, 0.0
-    if rows.params[row, k, ROUGHNESS] < SMOOTH or side < 0.0:
+    if rows.params[row, k, ROUGHNESS] < SMOOTH:
         return True, wi, (s, s, s), pdf
     f, _ = eval_matte(rows, row, k, n, ng, wo, wi, adjoint)
     return True, wi, scale(f, math.pi * s), pdf

@@ -13,7 +13,24 @@ import numpy as np
 
 from . import layout as lay
 from .layout import Lobe
-from .recipes import MULTI, color, column, diffuse, emission, layered_ratio, make, next_group, sheen, stretched, unit
+from .microfacet import DELTA_ALPHA
+from .recipes import (
+    MULTI,
+    color,
+    column,
+    diffuse,
+    emission,
+    film,
+    film_over,
+    layered_ratio,
+    make,
+    next_group,
+    sheen,
+    stretched,
+    translucent,
+    unit,
+)
+from .sheet import sheet_width
 
 CUTOFF = 1e-5  # weights below this count as absent
 MAX_F0 = 0.99
@@ -45,6 +62,11 @@ class PrincipledInputs:
     coat_normal: Any = None
     emission_color: Any = 1.0
     emission_strength: Any = 0.0
+    subsurface_weight: Any = 0.0
+    subsurface_anisotropy: Any = 0.0
+    thin_film_thickness: Any = 0.0
+    thin_film_ior: Any = 1.33
+    thin_wall: Any = 0.0
     distribution: str = MULTI
 
 
@@ -62,10 +84,14 @@ def principled(**inputs: Any) -> list[Lobe]:
     lobes += metal(node, weight * metallic, group)
     weight = weight * (1.0 - metallic)
     transmission = floor(unit(node.transmission_weight))
-    lobes += transmitted(node, weight * transmission, group)
+    wall = column(node.thin_wall) != 0.0
+    lobes += transmitted(node, weight * transmission * ~wall, group)
+    lobes += walled(node, weight * transmission * wall, group)
     weight = weight * (1.0 - transmission)
     lobes += specular(node, weight, group)
-    base = diffuse(node.base_color, node.diffuse_roughness, node.normal, weight)
+    spread = floor(unit(node.subsurface_weight)) * wall
+    lobes += grouped(spread_thin(node, weight * spread), group)
+    base = diffuse(node.base_color, node.diffuse_roughness, node.normal, weight * (1.0 - spread))
     return lobes + grouped(base, group)
 
 
@@ -105,20 +131,49 @@ def metal(node: PrincipledInputs, weight: np.ndarray, group: np.ndarray) -> list
         lay.REFLECT, weight, node.normal, roughness=unit(node.roughness), fresnel=column(lay.FRESNEL_F82),
         ior=column(1.5), color_a=np.minimum(color(node.base_color), 1.0),
         color_b=np.minimum(color(node.specular_tint), 1.0), multiscatter=column(node.distribution == MULTI),
-        group=group, **stretched(layered_ratio(node.anisotropic), node.tangent),
+        group=group, **stretched(layered_ratio(node.anisotropic), node.tangent), **coating(node),
     )  # fmt: skip
+
+
+def coating(node: PrincipledInputs) -> dict:
+    """Fields of the thin film."""
+    return film(node.thin_film_thickness, node.thin_film_ior)
 
 
 def transmitted(node: PrincipledInputs, weight: np.ndarray, group: np.ndarray) -> list[Lobe]:
     """The glassy part: tinted F0, and the root of the base colour at each crossing."""
-    ior = np.maximum(column(node.ior), 1e-5)
+    fields = coating(node)
+    ior = film_over(np.maximum(column(node.ior), 1e-5), fields)
     f0 = ((ior - 1.0) / (ior + 1.0)) ** 2
     return make(
         lay.GLASS, weight, node.normal, roughness=unit(node.roughness), fresnel=column(lay.FRESNEL_GENERALIZED),
         ior=ior, color_a=np.minimum(color(node.specular_tint) * f0[:, None], 1.0),
         color_b=np.sqrt(np.minimum(color(node.base_color), 1.0)), multiscatter=column(node.distribution == MULTI),
-        group=group,
+        group=group, **fields,
     )  # fmt: skip
+
+
+def walled(node: PrincipledInputs, weight: np.ndarray, group: np.ndarray) -> list[Lobe]:
+    """The glassy part of a thin wall: a mirror, and what passes unbent, smooth or blurred by two refractions."""
+    ior = np.maximum(column(node.ior), 1e-5)
+    alpha = unit(node.roughness) ** 2
+    width = sheet_width(alpha, ior)
+    smooth = width <= DELTA_ALPHA
+    fields = {
+        "fresnel": column(lay.FRESNEL_SHEET), "ior": ior, "color_a": np.minimum(color(node.specular_tint), 1.0),
+        "color_b": np.minimum(color(node.base_color), 1.0), "multiscatter": np.ones(1), "group": group, **coating(node),
+    }  # fmt: skip
+    lobes = make(lay.REFLECT, weight, node.normal, roughness=unit(node.roughness), **fields)
+    lobes += make(lay.THIN, weight * ~smooth, node.normal, roughness=np.sqrt(width), **fields)
+    return lobes + make(lay.TRANSPARENT, weight * smooth, node.normal, roughness=np.zeros(1), **fields)
+
+
+def spread_thin(node: PrincipledInputs, weight: np.ndarray) -> list[Lobe]:
+    """Subsurface scattering of a thin wall: diffuse on both sides, shared by the anisotropy."""
+    ahead = unit(0.5 * (1.0 + column(node.subsurface_anisotropy)))
+    color_here, rough = np.minimum(color(node.base_color), 1.0), node.diffuse_roughness
+    behind = diffuse(color_here, rough, node.normal, weight * (1.0 - ahead))
+    return behind + translucent(color_here, node.normal, rough, weight * ahead)
 
 
 def specular_index(node: PrincipledInputs) -> tuple[np.ndarray, np.ndarray]:
@@ -134,12 +189,13 @@ def specular_index(node: PrincipledInputs) -> tuple[np.ndarray, np.ndarray]:
 def specular(node: PrincipledInputs, weight: np.ndarray, group: np.ndarray) -> list[Lobe]:
     """The dielectric specular layer over the diffuse base."""
     eta, f0 = specular_index(node)
-    here = (eta != 1.0).astype(float)
+    fields = coating(node)
+    here = ((eta != 1.0) | (np.asarray(fields.get("film", 0.0)) > 0.0)).astype(float)
     return make(
         lay.REFLECT, weight * here, node.normal, roughness=unit(node.roughness),
         fresnel=column(lay.FRESNEL_GENERALIZED), ior=eta,
         color_a=np.minimum(color(node.specular_tint) * f0[:, None], 1.0),
         color_b=np.ones((1, 3)), multiscatter=column(node.distribution == MULTI), group=group, layer=here,
-        **stretched(layered_ratio(node.anisotropic), node.tangent),
+        **stretched(layered_ratio(node.anisotropic), node.tangent), **fields,
         tint=np.ones((1, 3)),
     )  # fmt: skip

@@ -13,10 +13,12 @@ import numpy as np
 
 from . import layout as lay
 from .layout import Lobe
+from .microfacet import NEARLY_ONE
 
 MULTI = "MULTI_GGX"
 FACETS = {MULTI: 1.0, "BECKMANN": lay.BECKMANN, "ASHIKHMIN_SHIRLEY": lay.ASHIKHMIN}  # MULTISCATTER; GGX: 0
 SMOOTH = 0.01  # roughness of a mirror (microfacet.DELTA_ALPHA)
+THINNEST_FILM = 0.1  # [nm]; Blender's renderer ignores thinner ones
 _group_ids = itertools.count(1)
 
 
@@ -89,9 +91,11 @@ def diffuse(base, roughness=0.0, normal=None, weight=1.0) -> list[Lobe]:
     return make(lay.DIFFUSE, base * factor(weight), normal, roughness=roughness, **albedo)
 
 
-def translucent(base, normal=None) -> list[Lobe]:
-    """Translucent BSDF: Lambert through the surface."""
-    return make(lay.TRANSLUCENT, color(base), normal)
+def translucent(base, normal=None, roughness=0.0, weight=1.0) -> list[Lobe]:
+    """Translucent BSDF: Lambert through the surface, or Oren-Nayar where roughness > 0."""
+    base, roughness = color(base), unit(roughness)
+    albedo = {"color_a": np.minimum(base, 1.0)} if roughness.any() else {}
+    return make(lay.TRANSLUCENT, base * factor(weight), normal, roughness=roughness, **albedo)
 
 
 def transparent(base) -> list[Lobe]:
@@ -128,6 +132,21 @@ def layered_ratio(anisotropic) -> np.ndarray:
     return 1.0 / np.sqrt(1.0 - 0.9 * unit(anisotropic))
 
 
+def film(thickness, ior) -> dict:
+    """Fields of facets under a film of this thickness [nm] and index; none where there is none."""
+    thickness = column(thickness)
+    there = thickness > THINNEST_FILM
+    if not there.any():
+        return {}
+    return {"film": np.where(there, thickness, 0.0), "film_ior": np.maximum(column(ior), 1e-5)}
+
+
+def film_over(ior, fields: dict) -> np.ndarray:
+    """The index under a film: where it would bend nothing it bends hardly anything, since the film still reflects."""
+    there = np.asarray(fields.get("film", 0.0)) > 0.0
+    return np.where(there & (np.abs(ior - 1.0) < 2.0 * NEARLY_ONE), 1.0 + 2.0 * NEARLY_ONE, ior)
+
+
 def glossy(base, roughness, normal=None, distribution=MULTI, anisotropy=0.0, tangent=None) -> list[Lobe]:
     """Glossy BSDF: a GGX mirror without Fresnel."""
     base = color(base)
@@ -138,34 +157,34 @@ def glossy(base, roughness, normal=None, distribution=MULTI, anisotropy=0.0, tan
 
 
 def metallic_f82(
-    base, edge_tint, roughness, normal=None, distribution=MULTI, anisotropy=0.0, tangent=None
+    base, edge_tint, roughness, normal=None, distribution=MULTI, anisotropy=0.0, tangent=None, thin_film=()
 ) -> list[Lobe]:
     """Metallic BSDF, F82 tint."""
     return make(
         lay.REFLECT, 1.0, normal, roughness=unit(roughness), fresnel=column(lay.FRESNEL_F82), ior=column(1.5),
         color_a=np.minimum(color(base), 1.0), color_b=np.minimum(color(edge_tint), 1.0),
-        multiscatter=facets(distribution), **stretched(layered_ratio(anisotropy), tangent),
+        multiscatter=facets(distribution), **stretched(layered_ratio(anisotropy), tangent), **dict(thin_film),
     )  # fmt: skip
 
 
 def metallic_conductor(
-    index, extinction, roughness, normal=None, distribution=MULTI, anisotropy=0.0, tangent=None
+    index, extinction, roughness, normal=None, distribution=MULTI, anisotropy=0.0, tangent=None, thin_film=()
 ) -> list[Lobe]:
     """Metallic BSDF, physical conductor of complex index n + ik for each channel."""
     return make(
         lay.REFLECT, 1.0, normal, roughness=unit(roughness), fresnel=column(lay.FRESNEL_CONDUCTOR), ior=column(1.5),
         color_a=color(index), color_b=color(extinction), multiscatter=facets(distribution),
-        **stretched(layered_ratio(anisotropy), tangent),
+        **stretched(layered_ratio(anisotropy), tangent), **dict(thin_film),
     )  # fmt: skip
 
 
-def glass(base, roughness, ior, normal=None, distribution=MULTI) -> list[Lobe]:
-    """Glass BSDF: reflects and refracts by Fresnel, both tinted."""
-    base = color(base)
+def glass(base, roughness, ior, normal=None, distribution=MULTI, thin_film=()) -> list[Lobe]:
+    """Glass BSDF: reflects and refracts by Fresnel, both tinted; thin_film: see `film`."""
+    base, fields = color(base), dict(thin_film)
     return make(
         lay.GLASS, np.any(base > 0.0, axis=1), normal, roughness=unit(roughness),
-        fresnel=column(lay.FRESNEL_DIELECTRIC), ior=np.maximum(column(ior), 1e-5), color_a=base, color_b=base,
-        multiscatter=facets(distribution),
+        fresnel=column(lay.FRESNEL_DIELECTRIC), ior=film_over(np.maximum(column(ior), 1e-5), fields),
+        color_a=base, color_b=base, multiscatter=facets(distribution), **fields,
     )  # fmt: skip
 
 

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from ..jit import kernel
 from ..vec import add, basis, dot, madd, normalize
-from .albedo import ONE, field3, mix3
+from .fields import BLACK, ONE, field3, mix3
 from .fresnel import fresnel_conductor, fresnel_dielectric, fresnel_f82, schlick_share
 from .layout import (
     ANISOTROPY,
     COLOR_A,
     COLOR_B,
+    FILM,
     FRESNEL,
     FRESNEL_CONDUCTOR,
     FRESNEL_DIELECTRIC,
     FRESNEL_F82,
     FRESNEL_NONE,
+    FRESNEL_SHEET,
     IOR,
     MULTISCATTER,
     ROUGHNESS,
@@ -22,8 +24,8 @@ from .layout import (
 )
 from .microfacet import DELTA_ALPHA, frame_along, ggx_d_stretched, ggx_lambda_stretched, sample_vndf_stretched
 from .older import sample_older, value_older
+from .thinfilm import film_fresnel
 
-BLACK = (0.0, 0.0, 0.0)
 UP = (0.0, 0.0, 1.0)
 
 
@@ -31,8 +33,10 @@ UP = (0.0, 0.0, 1.0)
 def reflect_fresnel(rows, row, k, c):
     """Reflectance (rgb) of a REFLECT lobe's facet met at the cosine c."""
     mode = int(rows.params[row, k, FRESNEL])
-    if mode == FRESNEL_NONE:
+    if mode == FRESNEL_NONE or mode == FRESNEL_SHEET:
         return ONE
+    if rows.params[row, k, FILM] > 0.0:
+        return film_fresnel(rows, row, k, c)
     if mode == FRESNEL_DIELECTRIC:
         f, _ = fresnel_dielectric(c, float(rows.params[row, k, IOR]))
         return (f, f, f)

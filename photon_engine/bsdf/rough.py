@@ -7,10 +7,11 @@ from ..vec import dot
 from .diffuse import INV_PI, bump_softening, sample_cosine
 from .frame import facet_normal, lobe_normal, negate, shading_ratio
 from .glass import eval_glass, side_eta
-from .layout import CLASS_ROUGH, DIFFUSE, HAS_NORMAL, NONE, REFLECT, SHEEN, TRANSLUCENT
+from .layout import CLASS_ROUGH, DIFFUSE, HAS_NORMAL, NONE, REFLECT, SHEEN, THIN, TRANSLUCENT
 from .matte import eval_matte
 from .odd import eval_odd
 from .reflect import BLACK, eval_reflect, sample_reflect
+from .sheet import eval_thin
 
 EPSILON = 1e-9  # cosines below this count as grazing: nothing is scattered
 FLAT_SHARE = 0.3  # of the photons that leave a rough bumped mirror as if it had no bumps
@@ -86,8 +87,11 @@ def eval_lobe(rows, row, k, ns, ng, wo, wi, adjoint):
             f, n = seen_from(rows, row, k, (ns, ng), wi, wo)
             pdf = mirror_density(rows, row, k, ng if front else negate(ng), (wo, wi), pdf)
         return f, pdf, n, 1.0
+    if kind == THIN:
+        f, pdf = eval_thin(rows, row, k, n, wo, wi)
+        return f, pdf, n, 1.0
     eta = side_eta(rows, row, k, front)
-    f, pdf = eval_glass(rows, row, k, n, wo, wi, eta)
+    f, pdf = eval_glass(rows, row, k, n, wo, wi, eta, adjoint)
     return f, pdf, n, eta if dot(n, wi) < 0.0 else 1.0
 
 

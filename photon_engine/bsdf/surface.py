@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from ..jit import inlined, kernel
 from ..vec import dot, mul, scale
-from .albedo import field3
 from .diffuse import INV_PI
+from .fields import field3
 from .frame import facet_normal, lobe_normal, negate, shading_ratio
 from .glass import is_delta, sample_clear, sample_glass, side_eta
 from .layering import is_lambert, is_plain, lobe_class, weigh, weigh_plain
@@ -27,6 +27,7 @@ from .layout import (
     NONE,
     REFLECT,
     SHEEN,
+    THIN,
     TRANSLUCENT,
     TRANSPARENT,
     WEIGHT,
@@ -35,6 +36,7 @@ from .matte import sample_lambert, sample_matte
 from .odd import sample_odd
 from .reflect import BLACK, UP, sample_reflect
 from .rough import EPSILON, is_bumped_mirror, rough_total, sample_bumped_mirror
+from .sheet import sample_thin
 
 CLASS_ANY = -1
 
@@ -162,9 +164,11 @@ def sample_lobe(rows, row, k, ns, ng, wo, u, adjoint):
     eta = 1.0
     if kind == REFLECT:
         ok, wi, value, pdf = sample_reflect(rows, row, k, n, near, wo, u[1], u[2])
+    elif kind == THIN:
+        ok, wi, value, pdf = sample_thin(rows, row, k, n, near, wo, u)
     else:
         crossed = side_eta(rows, row, k, front)
-        ok, wi, value, pdf, through = sample_glass(rows, row, k, n, near, wo, crossed, u)
+        ok, wi, value, pdf, through = sample_glass(rows, row, k, n, near, wo, crossed, u, adjoint)
         if through:
             eta = crossed
     if adjoint and ok:

@@ -15,7 +15,7 @@ import numpy as np
 from ..jit import kernel
 
 # Kernels freeze the tables in their compiled code; the checksum here makes new tables a change of source.
-SHA256 = "b28d11da6bf561fb3ae42326ad1c0ad4f0310f440e4a8566930a34166c9ee6be"
+SHA256 = "d8b8018113da58d4dc6e1f88a003f6478536a60f787388a8ab9ef3d3c00ed255"
 
 
 def load_tables() -> dict[str, np.ndarray]:
@@ -37,6 +37,7 @@ INVERSE = _TABLES["inverse"]
 INVERSE_AVG = _TABLES["inverse_avg"]
 SHARE = _TABLES["share"]
 SCHLICK = _TABLES["schlick"]
+FILM = _TABLES["film"]
 
 
 @kernel

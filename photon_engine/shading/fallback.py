@@ -35,8 +35,6 @@ NOT_SUPPORTED = {
 UNSUPPORTED_OUTPUTS = {
     "ShaderNodeLightFalloff": {"Linear", "Constant"},
 }
-# inputs that change nothing here unless they have this value
-IGNORED_INPUTS = {"Thin Film Thickness": 0.0, "Thin Wall": 0.0}
 
 
 def report_unsupported(item: Node, used: set[str], material: str, issues: IssueLog) -> None:
@@ -49,13 +47,11 @@ def report_unsupported(item: Node, used: set[str], material: str, issues: IssueL
         issues.warn(where, f"the output {output} is not supported yet", "0 is used instead")
     if "SHADER" not in item.output_kinds.values():
         return
-    deep = item.inputs.get("Subsurface Weight")
+    deep, wall = item.inputs.get("Subsurface Weight"), item.inputs.get("Thin Wall")
+    if wall is not None and wall.node < 0 and wall.value:
+        return  # a thin wall scatters diffusely on both sides
     if item.type == "ShaderNodeSubsurfaceScattering" or (deep is not None and (deep.node >= 0 or deep.value)):
         issues.warn(where, "subsurface scattering is not simulated", "a diffuse surface of its colour is used")
-    for name, plain in IGNORED_INPUTS.items():
-        socket = item.inputs.get(name)
-        if socket is not None and (socket.node >= 0 or socket.value != plain):
-            issues.warn(where, f"{name} is not supported yet", "it has no effect")
 
 
 def _replacement(item: Node) -> str:

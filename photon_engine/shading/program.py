@@ -23,7 +23,7 @@ from .registry import REGISTRY, SCALARS, NodeKind, constant, convert, zero
 from .relief import SHIFT, expand_bumps
 
 BENDING_KINDS = {layout.GLASS, layout.REFRACT}
-SHARP_KINDS = {layout.REFLECT, *BENDING_KINDS}
+SHARP_KINDS = {layout.REFLECT, layout.THIN, *BENDING_KINDS}
 ODD_KINDS = {layout.SHEEN, layout.VELVET, layout.TOON, layout.TOON_GLOSSY}
 ROUGH_KINDS = {layout.DIFFUSE, layout.TRANSLUCENT, *ODD_KINDS, *SHARP_KINDS}
 

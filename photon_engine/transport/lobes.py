@@ -2,7 +2,17 @@
 
 from __future__ import annotations
 
-from ..bsdf.layout import CLASS_ROUGH, GLASS, NARROW_ROUGHNESS, NONE, REFLECT, REFRACT, ROUGHNESS, TOON_GLOSSY
+from ..bsdf.layout import (
+    CLASS_ROUGH,
+    GLASS,
+    NARROW_ROUGHNESS,
+    NONE,
+    REFLECT,
+    REFRACT,
+    ROUGHNESS,
+    THIN,
+    TOON_GLOSSY,
+)
 from ..jit import kernel
 from ..shading.trail import DIFFUSE, GLOSSY
 
@@ -15,7 +25,7 @@ def is_narrow(rows, row, k):
     kind = rows.kind[row, k]
     if kind == GLASS or kind == REFRACT:
         return True
-    return kind == REFLECT and rows.params[row, k, ROUGHNESS] < NARROW_ROUGHNESS
+    return (kind == REFLECT or kind == THIN) and rows.params[row, k, ROUGHNESS] < NARROW_ROUGHNESS
 
 
 @kernel
@@ -61,7 +71,7 @@ def rough_kind(kinds, scratch):
             break
         if scratch[k, 4] != CLASS_ROUGH:
             continue
-        if REFLECT <= kinds[k] <= REFRACT or kinds[k] == TOON_GLOSSY:
+        if REFLECT <= kinds[k] <= THIN or kinds[k] == TOON_GLOSSY:
             facets += scratch[k, 3]
         else:
             matte += scratch[k, 3]

@@ -53,11 +53,29 @@ ROUGH = {
     "toon": lambda: recipes.toon(TINT, 0.4, 0.3),
     "toon_glossy": lambda: recipes.toon(TINT, 0.3, 0.2, mirrored=True),
     "principled_sheen": lambda: recipes.principled(
-        base_color=TINT, sheen_weight=0.8, sheen_roughness=0.4, sheen_tint=[0.5, 0.8, 1.0], coat_weight=0.3,
+        base_color=TINT,
+        sheen_weight=0.8,
+        sheen_roughness=0.4,
+        sheen_tint=[0.5, 0.8, 1.0],
+        coat_weight=0.3,
         coat_roughness=0.2,
     ),
-    "mixed": lambda: recipes.scale_lobes(recipes.principled(coat_weight=1.0, coat_roughness=0.2), 0.4)
-    + recipes.scale_lobes(recipes.glass(TINT, 0.3, 1.4), 0.6),
+    "glass_film": lambda: recipes.glass(TINT, 0.4, 1.5, distribution="GGX", thin_film=recipes.film(400.0, 1.8)),
+    "metal_film": lambda: recipes.metallic_f82(TINT, [0.4, 0.7, 1.0], 0.4, thin_film=recipes.film(350.0, 1.5)),
+    "gold_film": lambda: recipes.metallic_conductor(
+        [0.18, 0.42, 1.37], [3.42, 2.35, 1.77], 0.4, thin_film=recipes.film(500.0, 1.33)
+    ),
+    "principled_film": lambda: recipes.principled(base_color=TINT, thin_film_thickness=300.0, thin_film_ior=1.4),
+    "glass_wall": lambda: recipes.principled(
+        base_color=TINT, transmission_weight=0.7, roughness=0.6, thin_wall=True, thin_film_thickness=300.0
+    ),
+    "translucent_wall": lambda: recipes.principled(
+        base_color=TINT, subsurface_weight=0.8, subsurface_anisotropy=0.3, thin_wall=True, diffuse_roughness=0.7
+    ),
+    "mixed": lambda: (
+        recipes.scale_lobes(recipes.principled(coat_weight=1.0, coat_roughness=0.2), 0.4)
+        + recipes.scale_lobes(recipes.glass(TINT, 0.3, 1.4), 0.6)
+    ),
 }
 SHARP = {
     "mirror": lambda: recipes.glossy(TINT, 0.0),

@@ -82,11 +82,16 @@ def glossy(x, props, points):
     return {"BSDF": recipes.glossy(x["Color"], x["Roughness"], outward(x, points), distribution, **along)}
 
 
+def filmed(x) -> dict:
+    """Fields of a node's thin film; 4.5 has none on glass and metal."""
+    return recipes.film(x.get("Thin Film Thickness", 0.0), x.get("Thin Film IOR", 1.33))
+
+
 @node("ShaderNodeBsdfGlass", varies=linked_normal())
 def glass(x, props, points):
     """A dielectric that reflects and refracts."""
     distribution = props.get("distribution", "MULTI_GGX")
-    return {"BSDF": recipes.glass(x["Color"], x["Roughness"], x["IOR"], outward(x, points), distribution)}
+    return {"BSDF": recipes.glass(x["Color"], x["Roughness"], x["IOR"], outward(x, points), distribution, filmed(x))}
 
 
 @node("ShaderNodeBsdfRefraction", varies=linked_normal())
@@ -189,7 +194,7 @@ def principled(x, props, points):
 def metallic(x, props, points):
     """A metal by colour and edge tint (F82), or by its complex index."""
     tail = x["Roughness"], outward(x, points), props.get("distribution", "MULTI_GGX")
-    along = stretch(x, points, "Anisotropy", "Rotation")
+    along = stretch(x, points, "Anisotropy", "Rotation") | {"thin_film": filmed(x)}
     if props.get("fresnel_type") == "PHYSICAL_CONDUCTOR":
         return {"BSDF": recipes.metallic_conductor(x["IOR"], x["Extinction"], *tail, **along)}
     return {"BSDF": recipes.metallic_f82(x["Base Color"], x["Edge Tint"], *tail, **along)}

@@ -168,12 +168,18 @@ def test_what_is_left_out_is_named_once(kind):
     assert named == [True]
 
 
-def test_unsupported_inputs_are_reported():
+def test_a_thin_wall_passes_light_straight():
+    """Its subsurface scattering is exact, not replaced; linked, it may be either."""
     b = Builder()
-    b.add("ShaderNodeBsdfPrincipled", {"BSDF": "SHADER"}, {"distribution": "GGX"}, Sheen_Weight=("VALUE", 0.5),
-          Thin_Film_Thickness=("VALUE", 300.0), Subsurface_Weight=("VALUE", 0.0))
-    b.program()
-    assert ["Thin Film Thickness" in str(issue) for issue in b.issues] == [True]
+    b.add("ShaderNodeBsdfPrincipled", {"BSDF": "SHADER"}, {"distribution": "GGX"}, Thin_Wall=("INT", 1),
+          Thin_Film_Thickness=("VALUE", 300.0), Subsurface_Weight=("VALUE", 0.5), Roughness=("VALUE", 0.0),
+          Transmission_Weight=("VALUE", 0.5), IOR=("VALUE", 1.5))
+    program = b.program()
+    assert len(b.issues) == 0
+    kinds = [lobe.kind for lobe in program.lobes()]
+    assert kinds == [layout.REFLECT, layout.TRANSPARENT, layout.REFLECT, layout.DIFFUSE, layout.TRANSLUCENT,
+                     layout.DIFFUSE]  # fmt: skip
+    assert program.has_null and program.has_sharp(0.1)
 
 
 def test_subsurface_is_reported_as_diffuse():
