@@ -21,7 +21,7 @@ class Recorder(bpy.types.RenderEngine):
     def render(self, depsgraph):
         cls = type(self)
         before = cls.keep.extracted, cls.keep.geometry.built
-        cls.keep.begin(depsgraph, images=self.is_animation)
+        cls.keep.begin(depsgraph, animation=self.is_animation)
         scene = extract_scene(depsgraph, IssueLog(), keep=cls.keep)
         cls.keep.geometry.flatten(scene, IssueLog())
         cls.keep.geometry.intersector()

@@ -69,7 +69,7 @@ class PhotonMapEngine(bpy.types.RenderEngine):
             if depsgraph.scene.render.use_multiview:
                 issues.warn(depsgraph.scene.name, "stereoscopy is not supported: all views show the scene's camera")
             keep = Keep() if self.is_preview else borrow()
-            keep.begin(depsgraph, images=self.is_animation)
+            keep.begin(depsgraph, animation=self.is_animation)
             scene = _extract(depsgraph, issues, keep)
             outputs = frozenset({"Combined"}) if self.is_preview else wanted_outputs(depsgraph.view_layer)
             session = Session(scene, self._settings(depsgraph), issues, outputs=outputs, kept=keep.geometry)

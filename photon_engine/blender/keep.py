@@ -1,11 +1,15 @@
-"""What one render leaves for the next: meshes as extracted, images within an animation, triangles and their tree.
+"""What one render leaves for the next: meshes as extracted, images, triangles and what geometry/kept.py makes of them.
 
 Persistent Data keeps Blender's own evaluated meshes between frames and renders; a mesh evaluated anew has a new
-session_uid. Without it every frame's meshes are new, and only the tree is kept, by comparison.
+session_uid. Without it every frame's meshes are new, and the rest is kept by comparison until the animation ends.
+Blender names the images whose settings changed. Pixels change without a word: of a reload it names the materials, of a
+painted image that is saved or packed nothing, so the file's time and the packed bytes are looked at.
 """
 
 from __future__ import annotations
 
+import os
+import zlib
 from typing import TYPE_CHECKING, Any
 
 import bpy
@@ -18,6 +22,7 @@ if TYPE_CHECKING:
     from .meshes import MeshNeeds
 
 STILL_SOURCES = ("FILE", "GENERATED")  # images that no frame changes
+READERS = ("MATERIAL", "WORLD", "LIGHT", "NODETREE")  # what Blender names when images that these use are reloaded
 
 
 class Keep:
@@ -31,14 +36,15 @@ class Keep:
         self._stale: set[int] = set()
         self._new_meshes: dict[tuple[int, MeshNeeds], tuple[Mesh | None, IssueLog]] = {}
 
-    def begin(self, depsgraph: Any, images: bool) -> None:
-        """A render of this depsgraph begins. images : whether those that it does not name are as the last time."""
+    def begin(self, depsgraph: Any, animation: bool) -> None:
+        """A render of this depsgraph begins. animation : nobody can have edited an image since the last."""
         self._new_meshes = {}
         changed = [update for update in depsgraph.updates if update.is_updated_geometry]
         self._stale = {uid(item.id) for item in changed} | {
             uid(item.id.data) for item in changed if isinstance(item.id, bpy.types.Object) and item.id.data is not None
         }
-        if not images or depsgraph.id_type_updated("IMAGE"):
+        named = ("IMAGE",) if animation else ("IMAGE", *READERS)
+        if any(depsgraph.id_type_updated(kind) for kind in named):
             self._images = {}
 
     def mesh(self, block: Any, owner: str, needs: MeshNeeds, issues: IssueLog) -> Mesh | None:
@@ -60,15 +66,29 @@ class Keep:
         self._meshes, self._new_meshes = self._new_meshes, {}
 
     def image(self, image: Any, read: Any, issues: IssueLog) -> Image:
-        """read(image, issues); the pixels of the frame before when nothing can have changed them."""
+        """read(image, issues); the pixels of the render before when nothing can have changed them."""
         if image.source not in STILL_SOURCES or image.is_dirty:
             return read(image, issues)
-        key = (uid(image), image.name, image.filepath, image.colorspace_settings.name, image.alpha_mode, *image.size)
+        settings = image.colorspace_settings.name, image.alpha_mode, *image.size
+        key = (uid(image), image.name, image.filepath, *settings, *_version(image))
         if key not in self._images:
             own = IssueLog()
             self._images[key] = read(image, own), own
         issues.extend(self._images[key][1])
         return self._images[key][0]
+
+
+def _version(image: Any) -> tuple:
+    """What changes with the pixels of a still image that is not being painted."""
+    if image.source == "GENERATED":
+        return image.generated_type, *image.generated_color
+    if image.packed_file is not None:
+        return image.packed_file.size, zlib.crc32(image.packed_file.data)
+    try:
+        found = os.stat(bpy.path.abspath(image.filepath, library=image.library))
+    except OSError:
+        return ()
+    return found.st_size, found.st_mtime_ns
 
 
 def uid(block: Any) -> int:

@@ -92,7 +92,7 @@ class OpenBlend:
 
     def _extract(self, depsgraph: Any, issues: IssueLog) -> SceneData:
         """The scene, with what the frame before left."""
-        self.keep.begin(depsgraph, images=True)
+        self.keep.begin(depsgraph, animation=True)
         return extract_scene(depsgraph, issues, keep=self.keep)
 
 

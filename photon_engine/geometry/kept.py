@@ -1,4 +1,4 @@
-"""World triangles and their ray tree kept from one render to the next: frames of an animation, view layers, F12 again.
+"""World triangles, their tree and what is made of them, kept from one render to the next: frames, layers, F12 again.
 
 What went in is compared, by identity first and by value then, so that nobody has to tell what changed: a comparison
 reads each array once, far below the cost of a tree.
@@ -6,12 +6,13 @@ reads each array once, far below the cost of a tree.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ..issues import IssueLog
 from ..scene.data import Instance, Mesh, SceneData
+from ..scene.memo import Memo, same
 from .flatten import Flattened, flatten
 from .intersect import Intersector
 from .touching import spread_touching
@@ -31,6 +32,7 @@ class Kept:
     def __init__(self) -> None:
         self.flattened = 0  # how often triangles were made
         self.built = 0  # how often a tree was built
+        self.memo = Memo()  # what others make of the scene: materials, lights, bounds
         self._inputs: tuple[int, list[Placed], frozenset[int]] | None = None
         self._issues = IssueLog()
         self._flat: Flattened | None = None
@@ -85,16 +87,9 @@ def _same_inputs(new: tuple, old: tuple | None) -> bool:
 def _same_mesh(a: Mesh, b: Mesh) -> bool:
     """Whether two meshes have the same surface."""
     names = ("positions", "triangles", "normals", "material_index")
-    return a is b or all(_same(getattr(a, name), getattr(b, name)) for name in names)
-
-
-def _same(a: Any, b: Any) -> bool:
-    """Whether two arrays, or their absences, are equal; NaN equals nothing."""
-    if a is None or b is None:
-        return a is b
-    return a is b or np.array_equal(a, b)
+    return a is b or all(same(getattr(a, name), getattr(b, name)) for name in names)
 
 
 def _same_triangles(a: Flattened, b: Flattened) -> bool:
     """Whether the same tree serves both: materials and normals may differ."""
-    return _same(a.geometry.triangles, b.geometry.triangles) and _same(a.geometry.positions, b.geometry.positions)
+    return same(a.geometry.triangles, b.geometry.triangles) and same(a.geometry.positions, b.geometry.positions)

@@ -15,6 +15,7 @@ from ..geometry.intersect import Hits
 from ..geometry.surface import surface_points
 from ..issues import IssueLog
 from ..scene.data import Instance, Mesh, SceneData
+from ..scene.memo import Memo
 from ..shading.material import offset_program
 from ..shading.points import ObjectTable, ShadePoints
 from ..shading.program import Program
@@ -23,35 +24,42 @@ from .attributes import fill_attributes, generated_coordinates
 SMOOTH = 1e-6  # a corner normal this far off its face's makes the face a smooth one
 
 
-def displaced(scene: SceneData, issues: IssueLog) -> SceneData:
-    """The scene with its displaced meshes; the scene itself when no material moves vertices."""
+def displaced(scene: SceneData, issues: IssueLog, memo: Memo | None = None) -> SceneData:
+    """The scene with its displaced meshes; the scene itself when no material moves vertices.
+
+    memo : what the last render left; a mesh is moved anew when what its own displacement reads has changed
+    """
+    memo = memo or Memo()
     programs = [offset_program(material, scene.images, IssueLog()) for material in scene.materials]
     if not any(programs):
         return scene
-    wearing = [any(m >= 0 and programs[m] is not None for m in item.materials) for item in scene.instances]
-    if not any(wearing):
-        return scene
-    flat = flatten(scene, IssueLog())
-    objects = ObjectTable.from_instances(scene.instances)
     meshes = list(scene.meshes)
     place: dict[tuple, int] = {}
     instances = list(scene.instances)
     for i, item in enumerate(scene.instances):
-        if not wearing[i]:
+        worn = {m: programs[m] for m in item.materials if m >= 0 and programs[m] is not None}
+        if not worn:
             continue
         key = (item.mesh, *item.materials)
         if key not in place:
+            name = "displaced", len(place)
             place[key] = len(meshes)
-            meshes.append(_moved(scene, flat, i, objects, programs, issues))
+            alone = replace(scene, instances=[item])
+            view = (scene.camera, scene.frame) if any("camera" in program.needs for program in worn.values()) else None
+            inputs = (
+                scene.meshes[item.mesh], replace(item, mesh=0), [scene.materials[m] for m in worn], tuple(scene.images),
+                view,
+            )  # fmt: skip
+            meshes.append(memo.get(name, inputs, lambda own, s=alone: _moved(s, programs, own), issues))
         instances[i] = replace(item, mesh=place[key])
-    return replace(scene, meshes=meshes, instances=instances)
+    return replace(scene, meshes=meshes, instances=instances) if place else scene
 
 
-def _moved(
-    scene: SceneData, flat: Flattened, i: int, objects: ObjectTable, programs: list[Program | None], issues: IssueLog
-) -> Mesh:
-    """The mesh of instance i with its vertices moved."""
-    item = scene.instances[i]
+def _moved(scene: SceneData, programs: list[Program | None], issues: IssueLog) -> Mesh:
+    """The mesh of the scene's only instance with its vertices moved."""
+    flat = flatten(scene, IssueLog())
+    objects = ObjectTable.from_instances(scene.instances)
+    item = scene.instances[0]
     mesh = scene.meshes[item.mesh]
     worn = _material_of_triangles(mesh, item)
     offset = np.zeros(mesh.positions.shape)
@@ -64,8 +72,8 @@ def _moved(
         vertex, first = np.unique(mesh.triangles[triangle].ravel(), return_index=True)
         new = ~done[vertex]
         vertex, first = vertex[new], first[new]
-        hits = _corner_hits(flat, i, triangle[first // 3], first % 3)
-        world = np.asarray(program.run(_points(scene, flat, i, objects, program, hits)), np.float64).T
+        hits = _corner_hits(flat, triangle[first // 3], first % 3)
+        world = np.asarray(program.run(_points(scene, flat, objects, program, hits)), np.float64).T
         offset[vertex] = np.broadcast_to(world, (len(vertex), 3)) @ np.linalg.pinv(item.matrix[:3, :3]).T
         done[vertex] = True
     bad = ~np.isfinite(offset).all(axis=1)
@@ -85,24 +93,22 @@ def _material_of_triangles(mesh: Mesh, item: Instance) -> np.ndarray:
     return slots[np.clip(which, 0, len(slots) - 1)]
 
 
-def _corner_hits(flat: Flattened, i: int, triangle: np.ndarray, corner: np.ndarray) -> Hits:
-    """Hits exactly at corners of instance i's triangles; mirrored instances have corners 1 and 2 swapped."""
-    if flat.mirrored[i]:
+def _corner_hits(flat: Flattened, triangle: np.ndarray, corner: np.ndarray) -> Hits:
+    """Hits exactly at corners of the only instance's triangles; mirrored ones have corners 1 and 2 swapped."""
+    if flat.mirrored[0]:
         corner = np.array([0, 2, 1])[corner]
     u, v = (corner == 1).astype(np.float32), (corner == 2).astype(np.float32)
-    return Hits((triangle + flat.first_triangle[i]).astype(np.int32), u, v, np.zeros(len(u), np.float32))
+    return Hits(triangle.astype(np.int32), u, v, np.zeros(len(u), np.float32))
 
 
-def _points(
-    scene: SceneData, flat: Flattened, i: int, objects: ObjectTable, program: Program, hits: Hits
-) -> ShadePoints:
+def _points(scene: SceneData, flat: Flattened, objects: ObjectTable, program: Program, hits: Hits) -> ShadePoints:
     """What the displacement's nodes may ask at the corners, seen from outside."""
     n = len(hits.prim)
     p, ng, ns = (np.empty((n, 3), np.float32) for _ in range(3))
     surface_points(flat.geometry, hits.prim, hits.u, hits.v, p, ng, ns)
     points = ShadePoints(
         p=(p + flat.origin).astype(np.float32), ng=ng, ns=ns, wo=ns, backfacing=np.zeros(n, bool),
-        instance=np.full(n, i, np.int32), objects=objects, parametric=np.stack([hits.u, hits.v], axis=1),
+        instance=np.zeros(n, np.int32), objects=objects, parametric=np.stack([hits.u, hits.v], axis=1),
     )  # fmt: skip
     fill_attributes(points, program.needs, scene, flat, hits)
     return points

@@ -11,10 +11,8 @@ from ..bsdf.layout import DIFFUSE, N_FIELDS, LobeRows, pack
 from ..geometry.flatten import Flattened
 from ..geometry.intersect import Hits
 from ..geometry.surface import surface_points
-from ..issues import IssueLog
 from ..jit import kernel
 from ..scene.data import SceneData
-from ..shading.material import compile_material
 from ..shading.points import ObjectTable, ShadePoints, probe_points
 from ..shading.program import Program
 from .attributes import Neighbours, fill_attributes
@@ -32,10 +30,11 @@ def look_up(table, index, out):
 class MaterialTable:
     """The programs of a scene's materials; row M is the default material."""
 
-    def __init__(self, scene: SceneData, flat: Flattened, threshold: float, issues: IssueLog) -> None:
+    def __init__(self, scene: SceneData, flat: Flattened, threshold: float, programs: list[Program]) -> None:
+        """programs : of scene.materials;  threshold : roughness below which a lobe is sharp."""
         self.scene = scene
         self.flat = flat
-        self.programs: list[Program] = [compile_material(m, scene.images, issues) for m in scene.materials]
+        self.programs = programs
         count = len(self.programs)
         self.slots = max([1] + [program.slots for program in self.programs])
         self.fixed = LobeRows(

@@ -3,36 +3,38 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 
 from ..camera.rays import build_camera
 from ..film.passes import ALL_NAMES
-from ..geometry.flatten import bounding_sphere
 from ..geometry.intersect import Hits
 from ..geometry.kept import Kept
 from ..issues import IssueLog
 from ..lights.allot import one_ray_to_suns
-from ..lights.sky import build_sky
-from ..lights.table import SHADOW, build_lights, without_lights
-from ..lights.targets import build_targets
+from ..lights.table import SHADOW, without_lights
 from ..plan import make_plan
 from ..scene.data import SceneData
 from ..scene.repair import with_finite_images, with_lamps_in_reach
 from ..settings import Settings
 from ..shading.material import refracting_materials
 from ..survey import survey
-from .cull import boxes_of
 from .displace import displaced
-from .emission import find_emitters
 from .eye_batch import EyeRules
 from .materials import MaterialTable
-from .media import absorb, find_media, inside_at, locate_lights
+from .media import absorb, inside_at
 from .photon_kernels import Laws, Surfaces
+from .standing import (
+    absorbing_media,
+    caster_bounds,
+    glowing_triangles,
+    light_table,
+    material_programs,
+    photon_targets,
+    sky_table,
+)
 
 BACKGROUND_DEPTH = 1e10  # as Cycles writes it
-SMALLEST = 1e-9  # of the scene's radius: what photons are aimed at is no smaller, positions are not that fine
 
 
 class RenderScene:
@@ -48,32 +50,25 @@ class RenderScene:
         kept: Kept | None = None,
     ) -> None:
         kept = kept or Kept()
+        memo = kept.memo
         stage("Preparing geometry")
         scene = with_lamps_in_reach(with_finite_images(scene, issues), issues)
         self.frame = scene.frame
-        scene = displaced(scene, issues)
+        scene = displaced(scene, issues, memo)
         self.flat = kept.flatten(scene, issues, refracting_materials(scene))
         stage("Building the ray tree")
         self.intersector = kept.intersector()
         stage("Compiling materials")
-        self.materials = MaterialTable(scene, self.flat, settings.specular_threshold, issues)
+        programs = material_programs(memo, scene, issues)
+        self.materials = MaterialTable(scene, self.flat, settings.specular_threshold, programs)
         stage("Preparing lights")
-        facts = survey(scene, settings.specular_threshold, self.materials.programs, reach=settings.plan)
-        self.emitters = find_emitters(self.flat, self.materials)
+        facts = survey(scene, settings.specular_threshold, programs, reach=settings.plan)
+        self.emitters = glowing_triangles(memo, scene, self.flat, self.materials)
         self.shaded_emitters = bool(self.emitters.shaded.any())
-        self.sky = build_sky(scene.world, scene.images, issues)
-        self.lights = build_lights(
-            replace(scene, lights=[light for i, light in enumerate(scene.lights) if i not in facts.idle]),
-            self.emitters,
-            len(self.flat.geometry.triangles),
-            self.flat.center,
-            self.flat.radius,
-            self.flat.origin,
-            issues,
-            None if self.sky is None else self.sky.map,
-        )
-        programs = [*self.materials.programs, *([] if self.sky is None else [self.sky.program])]
-        self.trails = any("trail" in program.needs for program in programs)
+        self.sky = sky_table(memo, scene, issues)
+        self.lights = light_table(memo, scene, facts.idle, self.emitters, self.sky, self.flat, issues)
+        looked_up = [*programs, *([] if self.sky is None else [self.sky.program])]
+        self.trails = any("trail" in program.needs for program in looked_up)
         self.casts_all_shadows = bool((self.lights.flags & SHADOW).all())
         self.camera = build_camera(scene.camera, scene.frame, self.flat.origin)
         self.plan = make_plan(scene, settings, outputs, facts if len(self.lights.kind) else facts.unlit(self.trails))
@@ -82,16 +77,16 @@ class RenderScene:
         self.seen_lights = self.lights if self.plan.sees_lights else without_lights(self.lights)
         forks = bool(self.materials.has_sharp.any() or facts.see_through)
         self.most_ways = max(2 * self.materials.slots, 2) if forks else 1  # that can lead on from one hit
-        self.targets = self._targets() if self.plan.caustic_map else None
-        geometry, sharp = self.flat.geometry, self.materials.has_sharp[self.flat.geometry.material]
+        self.targets = None
         self.caster_boxes = self.object_boxes = None  # what new photons must meet; None: all are carried
-        if not self.plan.stray_photons:
-            self.caster_boxes = boxes_of(geometry.positions, geometry.triangles[sharp], geometry.instance[sharp])
-            self.object_boxes = boxes_of(geometry.positions, geometry.triangles, geometry.instance)
+        if self.plan.caustic_map or self.plan.diffuse_map:
+            casters = caster_bounds(memo, self.flat, self.materials.has_sharp[self.flat.geometry.material])
+            self.targets = photon_targets(memo, self.lights, casters) if self.plan.caustic_map else None
+            if not self.plan.stray_photons:
+                self.caster_boxes, self.object_boxes = casters.boxes, casters.all_boxes
         terminator = np.array([item.terminator_offset for item in scene.instances] + [0.0], np.float32)
-        sigma = [program.absorption for program in self.materials.programs]
-        media = find_media(scene, self.flat, sigma, issues)
-        media = locate_lights(media, self.flat, self.intersector, self.lights)
+        media = absorbing_media(memo, scene, self.flat, self.intersector, programs, self.lights, issues)
+        memo.drop_unused()
         bounces = settings.diffuse_bounces
         self.laws = Laws(settings.specular_threshold, self.flat.reach, bounces, terminator, media)
         self.absorbs = len(media.sigma) > 0
@@ -133,18 +128,3 @@ class RenderScene:
         lost = np.zeros(3)
         absorb(self.laws.media, inside, np.ascontiguousarray(distance, np.float32), colors, lost)
         return lost
-
-    def _targets(self):
-        """Bounding spheres of the instances that have a specular surface; of all instances when none has one."""
-        geometry, least = self.flat.geometry, SMALLEST * self.flat.radius
-        sharp = self.materials.has_sharp[geometry.material]
-        if not sharp.any():
-            sharp = np.ones(len(geometry.material), bool)
-        centers, radii = [], []
-        for i in np.unique(geometry.instance[sharp]):
-            first, last = self.flat.first_triangle[i], self.flat.first_triangle[i + 1]
-            inside = geometry.triangles[first:last][sharp[first:last]]
-            center, radius = bounding_sphere(geometry.positions[inside.ravel()])
-            centers.append(center)
-            radii.append(max(radius, least))
-        return build_targets(self.lights, np.array(centers), np.array(radii))
