@@ -12,8 +12,8 @@ from __future__ import annotations
 
 import functools
 
+from numba.core import config, sigutils, types
 from numba.core import event as numba_event
-from numba.core import sigutils, types
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.core.compiler_lock import global_compiler_lock
@@ -111,15 +111,50 @@ class Part(CPUDispatcher):
 
 
 class Kernel:
-    """A compiled function: called from Python it is an entry; to numba, which asks for its type, it shows its part."""
+    """A compiled function: called from Python it is an entry; to numba, which asks for its type, it shows its part.
 
-    def __init__(self, function, options):
+    Both are made when they are asked for: of hundreds of kernels Python calls some thirty, and a filled cache asks
+    for no part.
+    """
+
+    def __init__(self, function, options, cache_folder):
+        """cache_folder(function): where to keep machine code."""
         functools.update_wrapper(self, function)
         self.py_func = function
-        self.entry = CPUDispatcher(function, {}, options, _EntryCompiler)
-        self.entry.enable_caching()
-        self.part = Part(function, options)
-        self._numba_type_ = types.Dispatcher(self.part)
+        self._options = options
+        self._cache_folder = cache_folder
+        self._entry: CPUDispatcher | None = None
+        self._part: Part | None = None
+
+    @property
+    def entry(self) -> CPUDispatcher:
+        """What Python calls."""
+        if self._entry is None:
+            with global_compiler_lock:
+                if self._entry is None:
+                    entry = CPUDispatcher(self.py_func, {}, self._options, _EntryCompiler)
+                    before = config.CACHE_DIR
+                    config.CACHE_DIR = str(self._cache_folder(self.py_func))
+                    try:
+                        entry.enable_caching()
+                    finally:
+                        config.CACHE_DIR = before
+                    self._entry = entry
+        return self._entry
+
+    @property
+    def part(self) -> Part:
+        """What other kernels call."""
+        if self._part is None:
+            with global_compiler_lock:
+                if self._part is None:
+                    self._part = Part(self.py_func, self._options)
+        return self._part
+
+    @property
+    def _numba_type_(self) -> types.Dispatcher:
+        """The type of the part."""
+        return types.Dispatcher(self.part)
 
     def __call__(self, *args):
         """Compile for these types of arguments, unless that is done, and run."""

@@ -49,10 +49,15 @@ def face_normal(a, b, c):
 @kernel
 def smooth_normal(geometry, prim, u, v):
     """Interpolated normal of the corners, not of unit length; zero for a flat triangle."""
-    row = geometry.normal_row[prim]
+    return mixed_normal(geometry.normals, geometry.normal_row[prim], u, v)
+
+
+@kernel
+def mixed_normal(normals, row, u, v):
+    """`smooth_normal` from the row of the triangle's normals, below 0 for a flat one."""
     if row < 0:
         return (0.0, 0.0, 0.0)
-    m = geometry.normals
+    m = normals
     w = 1.0 - u - v
     return (
         w * m[row, 0, 0] + u * m[row, 1, 0] + v * m[row, 2, 0],

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import qmc
 
 from ..geometry.surface import offset_origin
 from ..jit import inlined, kernel
+from ..sampling.sobol import sobol
 from ..sampling.warps import square_to_disk
 from ..vec import dot, load3, luminance, madd, mul, scale, sub
 from .aim import disk_line_pdf, distant_line, round_line, round_line_pdf, toward, toward_pdf_w
@@ -57,7 +57,7 @@ def shares(flux: np.ndarray) -> np.ndarray:
 
 def pilot_numbers(n: int) -> np.ndarray:
     """(n, 4) well spread points of the unit cube: Sobol's sequence, moved off the corner; n a power of 2."""
-    return qmc.Sobol(4, scramble=False).random(n) + 0.5 / n
+    return sobol(n, 4) * 2.0**-32 + 0.5 / n
 
 
 def merge_spheres(center: np.ndarray, radius: np.ndarray, limit: int = MAX_TARGETS) -> tuple[np.ndarray, np.ndarray]:

@@ -12,9 +12,13 @@ import numpy as np
 
 from ..jit import inlined, kernel
 from ..photons.batch import Photons, head
-from ..vec import load3
+from ..vec import load3, madd, store3
 
 MOST_BOXES = 8  # more objects are taken together: a box costs a new photon 5 ns
+LANES = 32  # photons at a time
+# columns of work space: origins, inverses of directions, whether a box was met
+ORIGIN, INVERSE, MEETS = 0, 3 * LANES, 6 * LANES
+N_COLUMNS = 7
 PAD = 1e-5  # of the scene's radius and of the distance: positions and rays are single precision
 
 
@@ -39,46 +43,74 @@ def keep_those_that_meet(boxes: np.ndarray, radius: float, photons: Photons, los
 
     radius : of the scene [m];  lost : (3,) f64, the flux of the others is added
     """
-    return head(photons, compact(boxes, PAD * radius, photons, lost))
+    lanes = np.zeros(N_COLUMNS * LANES)
+    return head(photons, compact(widened(boxes, PAD * radius), lanes, photons, lost))
+
+
+def widened(boxes: np.ndarray, pad: float) -> np.ndarray:
+    """Boxes (n, 2, 3) that reach `pad` [m] farther."""
+    return boxes + np.array([[-pad], [pad]])
 
 
 @kernel
-def compact(boxes, pad, photons, lost):
-    """Move photons that meet a box to the front; out: how many."""
-    kept = 0
-    for i in range(len(photons.key)):
-        if not meets(boxes, pad, load3(photons.o, i), load3(photons.d, i)):
-            for c in range(3):
-                lost[c] += photons.phi[i, c]
-            continue
-        if kept < i:
-            for c in range(3):
-                photons.o[kept, c] = photons.o[i, c]
-                photons.d[kept, c] = photons.d[i, c]
-                photons.phi[kept, c] = photons.phi[i, c]
-            photons.key[kept] = photons.key[i]
-            photons.seen[kept] = photons.seen[i]
-            photons.dark[kept] = photons.dark[i]
-            if len(photons.inside):
-                photons.inside[kept] = photons.inside[i]
-        kept += 1
+def compact(boxes, lanes, photons, lost):
+    """Move photons that meet a box to the front; out: how many. lanes : work space (N_COLUMNS * LANES,)."""
+    kept, past = 0, (0.0, 0.0, 0.0)
+    n = len(photons.key)
+    for first in range(0, n, LANES):
+        count = min(LANES, n - first)
+        load_rays(lanes, photons, first, count)
+        for j in range(LANES):
+            lanes[MEETS + j] = 0.0
+        for b in range(len(boxes)):
+            note_meetings(lanes, boxes, b)
+        for j in range(count):  # all are written, and only those counted: branches would be mispredicted
+            move(photons, first + j, kept)
+            meets = lanes[MEETS + j] > 0.0
+            past = madd(past, 0.0 if meets else 1.0, load3(photons.phi, first + j))
+            kept += 1 if meets else 0
+    for c in range(3):
+        lost[c] += past[c]
     return kept
 
 
 @inlined
-def meets(boxes, pad, o, d):
-    """Whether a ray meets one of the boxes, widened by pad and by PAD of the way to them."""
-    found = False
-    for b in range(len(boxes)):
+def load_rays(lanes, photons, first, count):
+    """Put origins and the inverses of directions of `count` photons into the lanes; those beyond keep what they hold.
+
+    Without divisions by zero: along an axis in which it does not move, a ray moves by 1e-30 a metre.
+    """
+    for j in range(count):
+        for c in range(3):
+            lanes[ORIGIN + c * LANES + j] = photons.o[first + j, c]
+            lanes[INVERSE + c * LANES + j] = photons.d[first + j, c]
+    for k in range(INVERSE, INVERSE + 3 * LANES):
+        lanes[k] = 1.0 / math.copysign(max(abs(lanes[k]), 1e-30), lanes[k])
+
+
+@inlined
+def note_meetings(lanes, boxes, b):
+    """Mark the lanes whose rays meet box b, widened by PAD of the way to it."""
+    low, high = (boxes[b, 0, 0], boxes[b, 0, 1], boxes[b, 0, 2]), (boxes[b, 1, 0], boxes[b, 1, 1], boxes[b, 1, 2])
+    for j in range(LANES):
         near, far = 0.0, math.inf
         for c in range(3):
-            low, high = boxes[b, 0, c] - o[c] - pad, boxes[b, 1, c] - o[c] + pad
-            more = PAD * max(abs(low), abs(high))
-            low, high = low - more, high + more
-            if d[c] == 0.0:
-                far = far if low <= 0.0 <= high else -1.0
-                continue
-            a, z = low / d[c], high / d[c]
+            o, inverse = lanes[ORIGIN + c * LANES + j], lanes[INVERSE + c * LANES + j]
+            a, z = low[c] - o, high[c] - o
+            more = PAD * max(abs(a), abs(z))
+            a, z = (a - more) * inverse, (z + more) * inverse
             near, far = max(near, min(a, z)), min(far, max(a, z))
-        found = found or near <= far
-    return found
+        lanes[MEETS + j] = 1.0 if near <= far else lanes[MEETS + j]
+
+
+@inlined
+def move(photons, i, to):
+    """Write photon i to an earlier place."""
+    store3(photons.o, to, load3(photons.o, i))
+    store3(photons.d, to, load3(photons.d, i))
+    store3(photons.phi, to, load3(photons.phi, i))
+    photons.key[to] = photons.key[i]
+    photons.seen[to] = photons.seen[i]
+    photons.dark[to] = photons.dark[i]
+    if len(photons.inside):
+        photons.inside[to] = photons.inside[i]

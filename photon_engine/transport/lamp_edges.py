@@ -13,7 +13,6 @@ from concurrent.futures import Executor
 from functools import partial
 
 import numpy as np
-from scipy.ndimage import maximum_filter, minimum_filter
 
 from ..sampling.rng import STREAM_PILOT, make_key
 from ..settings import Settings
@@ -50,8 +49,14 @@ def find_edges(
 
 def at_edge(emission: np.ndarray) -> np.ndarray:
     """Which pixels of a picture (h, w) have an edge among them and their eight neighbours."""
-    high, low = maximum_filter(emission, 3, mode="nearest"), minimum_filter(emission, 3, mode="nearest")
-    return low < EVEN * high
+    return of_nine(np.minimum, emission) < EVEN * of_nine(np.maximum, emission)
+
+
+def of_nine(choose: np.ufunc, picture: np.ndarray) -> np.ndarray:
+    """The least (np.minimum) or largest (np.maximum) of each pixel of a picture (h, w) and its eight neighbours."""
+    wide = np.pad(picture, 1, mode="edge")
+    rows = choose(choose(wide[:-2], wide[1:-1]), wide[2:])
+    return choose(choose(rows[:, :-2], rows[:, 1:-1]), rows[:, 2:])
 
 
 def _look(scene: RenderScene, run: EyeRun, total: int, cancelled: Callable[[], bool], first: int) -> np.ndarray:

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..bsdf.layout import WEIGHT
 from ..bsdf.matte import sample_lambert
-from ..geometry.surface import between, corners, face_normal, offset_origin, smooth_normal, unit_or
+from ..geometry.surface import between, face_normal, mixed_normal, offset_origin, unit_or
 from ..jit import inlined, kernel
 from ..photons.batch import ONE_ROUGH
 from ..photons.packing import pack_direction, pack_facet
@@ -45,6 +45,10 @@ N = 45 * LANES  # normal of an ideal surface's facet, on the side of wo
 IOR, MIRROR = 48 * LANES, 49 * LANES  # of an ideal surface: its index; 1: it reflects all
 N_COLUMNS = 50
 
+# columns of indices: triangle, row of lobes, corners, row of normals
+PRIM, ROW, CORNER, NORMAL_ROW = 0, LANES, 2 * LANES, 5 * LANES
+N_INDICES = 6
+
 
 class Lanes(NamedTuple):
     """Work space for LANES hits."""
@@ -52,11 +56,13 @@ class Lanes(NamedTuple):
     value: np.ndarray  # (N_COLUMNS * LANES,) f64
     key: np.ndarray  # (LANES,) u64, of the photons
     inside: np.ndarray  # (LANES,) i64, media of the photons, which reflection does not change
+    index: np.ndarray  # (N_INDICES * LANES,) i64, where in the scene's arrays the lanes' numbers are
 
 
 def empty_lanes() -> Lanes:
     """Lanes whose unused ones hold harmless numbers."""
-    return Lanes(np.zeros(N_COLUMNS * LANES), np.zeros(LANES, np.uint64), np.zeros(LANES, np.int64))
+    indices = np.zeros(N_INDICES * LANES, np.int64)
+    return Lanes(np.zeros(N_COLUMNS * LANES), np.zeros(LANES, np.uint64), np.zeros(LANES, np.int64), indices)
 
 
 @inlined
@@ -76,24 +82,56 @@ def put(x, column, j, v):
 @kernel
 def load_lanes(lanes, index, surfaces, photons):
     """Put the photons of these numbers, at most LANES, and what they hit into the first lanes."""
-    x = lanes.value
-    p = surfaces.rows.params
+    load_places(lanes, index, surfaces)
+    load_shapes(lanes, len(index), surfaces.geometry)
+    load_flights(lanes, index, surfaces.rows.params, photons)
+
+
+@inlined
+def load_places(lanes, index, surfaces):
+    """Where the hits are: triangles and rows, and where these keep their numbers.
+
+    Loops this short keep the loads of many lanes under way at once: a triangle of a big mesh is in no cache, and one
+    loop over all that a lane needs took three times as long there.
+    """
+    x, at, g = lanes.value, lanes.index, surfaces.geometry
     for j in range(len(index)):
         i = index[j]
-        prim, row = surfaces.prim[i], surfaces.row[i]
-        u, v = float(surfaces.u[i]), float(surfaces.v[i])
-        a, b, c = corners(surfaces.geometry, prim)
-        put(x, A, j, a)
-        put(x, B, j, b)
-        put(x, C, j, c)
-        x[U + j] = u
-        x[V + j] = v
-        put(x, NS, j, smooth_normal(surfaces.geometry, prim, u, v))
+        at[PRIM + j] = surfaces.prim[i]
+        at[ROW + j] = surfaces.row[i]
+        x[U + j] = surfaces.u[i]
+        x[V + j] = surfaces.v[i]
+    for j in range(len(index)):
+        prim = at[PRIM + j]
+        for k in range(3):
+            at[CORNER + k * LANES + j] = g.triangles[prim, k]
+        at[NORMAL_ROW + j] = g.normal_row[prim]
+        x[INSTANCE + j] = g.instance[prim]
+
+
+@inlined
+def load_shapes(lanes, count, geometry):
+    """After `load_places`: corners and interpolated normals of the first `count` lanes."""
+    x, at = lanes.value, lanes.index
+    for j in range(count):
+        put(x, A, j, load3(geometry.positions, at[CORNER + j]))
+        put(x, B, j, load3(geometry.positions, at[CORNER + LANES + j]))
+        put(x, C, j, load3(geometry.positions, at[CORNER + 2 * LANES + j]))
+    for j in range(count):
+        put(x, NS, j, mixed_normal(geometry.normals, at[NORMAL_ROW + j], x[U + j], x[V + j]))
+
+
+@inlined
+def load_flights(lanes, index, params, photons):
+    """After `load_places`: the photons themselves, and the weights of the lobes that they meet."""
+    x = lanes.value
+    for j in range(len(index)):
+        i, row = index[j], lanes.index[ROW + j]
         put(x, WO, j, scale(load3(photons.d, i), -1.0))
         put(x, PHI, j, load3(photons.phi, i))
-        put(x, COLOR, j, (float(p[row, 0, WEIGHT]), float(p[row, 0, WEIGHT + 1]), float(p[row, 0, WEIGHT + 2])))
+        r, g, b = float(params[row, 0, WEIGHT]), float(params[row, 0, WEIGHT + 1]), float(params[row, 0, WEIGHT + 2])
+        put(x, COLOR, j, (r, g, b))
         x[SEEN + j] = photons.seen[i]
-        x[INSTANCE + j] = surfaces.geometry.instance[prim]
         lanes.key[j] = photons.key[i]
         if len(photons.inside):
             lanes.inside[j] = photons.inside[i]

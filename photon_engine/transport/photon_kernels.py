@@ -19,14 +19,17 @@ from ..lights.targets import emit_aimed
 from ..photons.batch import ONE_ROUGH, SEEN_SHARP
 from ..photons.packing import pack_direction, pack_facet
 from ..sampling.rng import DIMENSIONS_PER_BOUNCE, path_key, shifted, uniform
-from ..vec import dot, load3, madd, mul, scale, store3, sub
+from ..vec import add, dot, load3, madd, mul, scale, store3, sub
 from .ideal_kernels import bend, launch_ideal, load_ideal, turn_normals
 from .matte_kernels import LANES, Lanes, deposit_lanes, encode, launch_lanes, load_lanes, place, scatter
 from .media import Media, after_surface
-from .photon_rules import CAUSTIC, FIRST, STRAIGHT, THROUGH, after_rough, roulette, stores
+from .photon_rules import CAUSTIC, FIRST, GLOBAL, STRAIGHT, THROUGH, after_rough, roulette, stores
 
 # rows of the energy tally
 EMITTED, ABSORBED, ESCAPED, DROPPED = 0, 1, 2, 3
+
+# laws of rows of lobes: one Lambert lobe; one smooth mirror or smooth glass; any others
+MATTE, IDEAL, OTHER = 0, 1, 2
 
 
 class Surfaces(NamedTuple):
@@ -142,12 +145,23 @@ def choose_class(p_null, p_sharp, p_rough, u):
     return (1, p_sharp / total, 0.5) if p_sharp > 0.0 else (2, p_rough / total, 0.5)
 
 
+@kernel
+def add_up(phi, total):
+    """Add flux (n, 3) to a total (3,) f64."""
+    sums = (0.0, 0.0, 0.0)
+    for i in range(len(phi)):
+        sums = add(sums, load3(phi, i))
+    for c in range(3):
+        total[c] += sums[c]
+
+
 class Leg(NamedTuple):
     """One bounce of a batch of photons, and work space for it."""
 
     mode: int  # CAUSTIC, DIFFUSE or GLOBAL
     bounce: int
     lanes: Lanes
+    law: np.ndarray  # (rows,) u8, which of the three ways below is for a row of lobes
     matte: np.ndarray  # (n,) i32, which photons hit a Lambert surface
     ideal: np.ndarray  # (n,) i32, which hit a smooth mirror or smooth glass
     other: np.ndarray  # (n,) i32, which hit any other surface
@@ -162,15 +176,19 @@ def photon_step(laws, leg, surfaces, photons, out, deposits, stored, tally):
     order that they had.
     """
     absorbed = (0.0, 0.0, 0.0)
-    n_matte, n_other = sort_hits(surfaces, photons, leg, tally)
-    n_ideal, n_other = sort_ideal(surfaces, photons, leg, n_other)
+    sort_rows(surfaces.rows, leg.law)
+    n_matte, n_ideal, n_other = sort_hits(surfaces, photons, leg, tally)
+    keeps = leg.bounce > 0 or leg.mode == GLOBAL
+    if leg.mode == CAUSTIC and not keeps:
+        n_matte = 0
     alive = 0
     for first in range(0, n_matte, LANES):
         index = leg.matte[first : min(first + LANES, n_matte)]
         load_lanes(leg.lanes, index, surfaces, photons)
         place(leg.lanes)
-        encode(leg.lanes)
-        stored = deposit_lanes(leg.lanes, len(index), leg.mode, deposits, stored)
+        if keeps:
+            encode(leg.lanes)
+            stored = deposit_lanes(leg.lanes, len(index), leg.mode, deposits, stored)
         if leg.mode != CAUSTIC:
             scatter(leg.lanes, laws.reach, leg.bounce)
             alive, gone = launch_lanes(leg.lanes, len(index), laws.max_rough, out, alive)
@@ -194,45 +212,38 @@ def photon_step(laws, leg, surfaces, photons, out, deposits, stored, tally):
 
 
 @kernel
-def sort_hits(surfaces, photons, leg, tally):
-    """List the photons on Lambert surfaces and those on others in `leg`; out: how many each.
+def sort_rows(rows, law):
+    """Tell for each row of lobes which law it follows: law (rows,) u8."""
+    for row in range(len(law)):
+        law[row] = MATTE if is_lambert(rows, row) else IDEAL if is_ideal(rows, row) else OTHER
 
-    The flux of those that hit nothing, or too near to a soft lamp, is counted, that of all hits as absorbed.
+
+@kernel
+def sort_hits(surfaces, photons, leg, tally):
+    """List the photons on Lambert surfaces, those on ideal ones and those on others in `leg`; out: how many each.
+
+    The flux of those that hit nothing, or too near to a soft lamp, is counted, that of all hits as absorbed. Without
+    branches: which surface comes next is anybody's guess.
     """
-    n_matte, n_other = 0, 0
+    n_matte, n_ideal, n_other = 0, 0, 0
     absorbed, escaped = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     for i in range(len(photons.key)):
         hit = surfaces.prim[i] >= 0
         phi = load3(photons.phi, i)
         absorbed = madd(absorbed, 1.0 if hit else 0.0, phi)
         escaped = madd(escaped, 0.0 if hit else 1.0, phi)
-        lit = hit & (surfaces.t[i] >= photons.dark[i])
-        matte = is_lambert(surfaces.rows, surfaces.row[i])
+        dark, law = photons.dark[i], leg.law[surfaces.row[i]]
+        lit = hit & (surfaces.t[i] >= dark)
         leg.matte[n_matte] = i
+        leg.ideal[n_ideal] = i
         leg.other[n_other] = i
-        n_matte += 1 if lit & matte & (photons.dark[i] != STRAIGHT) else 0
-        n_other += 1 if lit & (not matte) else 0
+        n_matte += 1 if lit & (law == MATTE) & (dark != STRAIGHT) else 0
+        n_ideal += 1 if lit & (law == IDEAL) & (dark != THROUGH) else 0
+        n_other += 1 if lit & (law == OTHER) else 0
     for c in range(3):
         tally[ABSORBED, c] += absorbed[c]
         tally[ESCAPED, c] += escaped[c]
-    return n_matte, n_other
-
-
-@kernel
-def sort_ideal(surfaces, photons, leg, n_other):
-    """Move the photons on ideal surfaces from one list of `leg` to another; out: how many are ideal, how many not.
-
-    Those that came there through other surfaces are in neither.
-    """
-    n_ideal, n_left = 0, 0
-    for k in range(n_other):
-        i = leg.other[k]
-        ideal = is_ideal(surfaces.rows, surfaces.row[i])
-        leg.ideal[n_ideal] = i
-        leg.other[n_left] = i
-        n_ideal += 1 if ideal & (photons.dark[i] != THROUGH) else 0
-        n_left += 0 if ideal else 1
-    return n_ideal, n_left
+    return n_matte, n_ideal, n_other
 
 
 @inlined

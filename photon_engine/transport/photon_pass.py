@@ -9,10 +9,10 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import qmc
 
 from ..photons.batch import Deposits, Photons, empty_deposits, empty_photons, head, join
 from ..sampling.rng import STREAM_CAUSTIC, STREAM_DIFFUSE, STREAM_EYE, make_key
+from ..sampling.sobol import sobol
 from .cull import keep_those_that_meet
 from .emission import multiply_radiance
 from .matte_kernels import empty_lanes
@@ -23,6 +23,7 @@ from .photon_kernels import (
     ESCAPED,
     Births,
     Leg,
+    add_up,
     emit_at_targets,
     emit_everywhere,
     photon_step,
@@ -33,16 +34,18 @@ from .shadowless import light_through
 
 EMIT_DIMENSIONS = 6  # which light, which target, two for the point, two for the direction
 STREAMS = STREAM_EYE + 1  # how many; stream s + n STREAMS is further numbers for the same
-CHUNK = 16384  # photons carried together: large enough to hide Python, small enough to stay in cache
+# photons carried together. While rays are traced the tree drives the photons out of the cache, and the other way round:
+# the more photons go from one to the other together, the better
+CHUNK = 65536
+FEW = 8  # chunks are smaller where there would be fewer than this for the threads to share,
+SMALL = 16384  # but no smaller than this for that
 LEAST = 1024  # fewer are one chunk
 
 
 @lru_cache(maxsize=4)
-def sobol(n: int) -> np.ndarray:
-    """The first n points (n, EMIT_DIMENSIONS) u32 of a Sobol sequence, scrambled once; passes shift it at random."""
-    exponent = max(n - 1, 1).bit_length()
-    points = qmc.Sobol(EMIT_DIMENSIONS, scramble=True, bits=32, rng=0).random_base2(exponent)[:n]
-    return (points * 2.0**32).astype(np.uint32)
+def emission_numbers(n: int) -> np.ndarray:
+    """Points (n, EMIT_DIMENSIONS) u32 of Sobol's sequence, scrambled once; passes shift them at random."""
+    return sobol(n, EMIT_DIMENSIONS, 0)
 
 
 class PhotonRun:
@@ -53,7 +56,7 @@ class PhotonRun:
         self.total = total
         self.key = key
         self.max_bounces = max_bounces
-        self.points = sobol(total)
+        self.points = emission_numbers(total)
 
 
 def trace_photons(
@@ -75,7 +78,7 @@ def trace_photons(
         left = join([item.left for item in carried])
         waiting = [Photons(*(field[part.start : part.stop] for field in left)) for part in deal(len(left.key))]
     for photons in waiting:
-        tally[DROPPED] += photons.phi.sum(axis=0, dtype=np.float64)
+        add_up(photons.phi, tally[DROPPED])
     return join(deposits), tally, rays
 
 
@@ -83,7 +86,7 @@ def deal(total: int) -> list[range]:
     """Even shares of at most CHUNK of 0 ... total - 1, an even number of them unless there is but one."""
     if total <= LEAST:
         return [range(total)] if total > 0 else []
-    count = 2 * -(-total // (2 * CHUNK))
+    count = 2 * min(-(-total // (2 * SMALL)), max(FEW // 2, -(-total // (2 * CHUNK))))
     edges = [total * k // count for k in range(count + 1)]
     return [range(first, last) for first, last in pairwise(edges)]
 
@@ -145,7 +148,8 @@ def _carry(
             tally[ABSORBED] += scene.absorb(photons.inside, surfaces, photons.phi)
         if stored + n >= len(deposits.wi):
             deposits = _grown(deposits, stored, n + 1)
-        leg = Leg(run.mode, bounce, lanes, lists[0], lists[1], lists[2])
+        laws = np.empty(len(surfaces.rows.kind), np.uint8)
+        leg = Leg(run.mode, bounce, lanes, laws, lists[0], lists[1], lists[2])
         out = spare[bounce % 2]
         n, stored = photon_step(scene.laws, leg, surfaces, photons, out, deposits, stored, tally)
         photons = head(out, n)
@@ -163,7 +167,7 @@ def _emitted(scene: RenderScene, run: PhotonRun, numbers: range, light: np.ndarr
     else:
         emit_everywhere(scene.lights, media, run.points, run.key, numbers.start, photons, births)
     multiply_radiance(scene, births.emitter, births.place, photons.d, photons.phi)
-    tally[EMITTED] += photons.phi.sum(axis=0, dtype=np.float64)
+    add_up(photons.phi, tally[EMITTED])
     boxes = scene.caster_boxes if run.mode == CAUSTIC else scene.object_boxes
     if boxes is not None and (run.mode == CAUSTIC or scene.casts_all_shadows):  # else `light` must go with photons
         photons = keep_those_that_meet(boxes, scene.flat.radius, photons, tally[ESCAPED])

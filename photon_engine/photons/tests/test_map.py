@@ -84,9 +84,10 @@ def test_radius_schedule_is_the_recurrence():
 
 
 def test_neighbour_radius_against_sorting():
-    """The k-th distance from the balanced tree."""
+    """The k-th distance, of photons in a room's air and on two of its walls."""
     rng = np.random.default_rng(4)
-    photons, points = rng.random((300, 3)), rng.random((10, 3))
+    photons, points = rng.random((300, 3)), np.vstack([rng.random((10, 3)), [[-3.0, 0.0, 0.5], [9.0, 9.0, 9.0]]])
+    photons[:100, 0], photons[100:200, 2] = 0.0, 1.0
     distance = np.sort(np.linalg.norm(photons[None] - points[:, None], axis=2), axis=1)
     assert np.allclose(neighbour_radius(photons, points, 7), distance[:, 6])
     assert np.isinf(neighbour_radius(photons[:3], points, 7)).all()

@@ -28,7 +28,7 @@ from ...sampling.rng import DIMENSIONS_PER_BOUNCE, uniform
 from ..matte_kernels import LANES, empty_lanes
 from ..media import Media, no_media
 from ..photon_kernels import ABSORBED, ESCAPED, Laws, Leg, Surfaces, photon_step
-from ..photon_pass import CHUNK, LEAST, deal, generations
+from ..photon_pass import CHUNK, FEW, LEAST, SMALL, deal, generations
 from ..photon_rules import CAUSTIC, DIFFUSE, GLOBAL, stores
 
 N = 3 * LANES + 5
@@ -94,7 +94,7 @@ def one_by_one(surfaces, photons, mode: int):
 
 def leg_of(mode: int) -> Leg:
     """Work space of one bounce of N photons."""
-    return Leg(mode, BOUNCE, empty_lanes(), *(np.empty(N + 1, np.int32) for _ in range(3)))
+    return Leg(mode, BOUNCE, empty_lanes(), np.empty(1, np.uint8), *(np.empty(N + 1, np.int32) for _ in range(3)))
 
 
 @pytest.mark.parametrize("mode", [CAUSTIC, DIFFUSE, GLOBAL])
@@ -181,14 +181,29 @@ def test_blocks_of_mirrors_and_glass_equal_the_law_one_by_one(name):
     np.testing.assert_allclose(tally[ABSORBED], left, rtol=1e-5)
 
 
-@pytest.mark.parametrize("total", [0, 1, LEAST, LEAST + 1, CHUNK + 1, 100_000])
+@pytest.mark.parametrize("mode", [CAUSTIC, DIFFUSE, GLOBAL])
+def test_no_new_photon_is_stored_but_for_a_final_gather(mode):
+    """At their first hits photons have no history: the step neither looks nor, for caustics, loads what is matte."""
+    surfaces, photons = batch(2)
+    photons.seen[:] = 0
+    leg = leg_of(mode)._replace(bounce=0)
+    laws = Laws(0.05, 2.0, MAX_ROUGH, np.zeros(1, np.float32), no_media())
+    out, deposits = empty_photons(N + 1), empty_deposits(N + 1)
+    alive, stored = photon_step(laws, leg, surfaces, photons, out, deposits, 0, np.zeros((4, 3)))
+    lit = np.count_nonzero((surfaces.prim >= 0) & (surfaces.t >= photons.dark))
+    assert stored == (lit if mode == GLOBAL else 0) == sum(stores(mode, 0) for _ in range(lit))
+    assert (alive > 0) == (mode != CAUSTIC)
+
+
+@pytest.mark.parametrize("total", [0, 1, LEAST, LEAST + 1, SMALL + 1, CHUNK + 1, 100_000, FEW * CHUNK + 1])
 def test_shares_are_even_and_whole(total):
-    """Every photon is in one share; shares differ by at most one and do not exceed a chunk."""
+    """Every photon is in one share; shares differ by at most one and do not exceed a chunk; few are shared by all."""
     shares = deal(total)
     assert [k for share in shares for k in share] == list(range(total))
     sizes = {len(share) for share in shares}
     assert not sizes or (max(sizes) <= CHUNK and max(sizes) - min(sizes) <= 1)
     assert total <= LEAST or len(shares) % 2 == 0
+    assert len(shares) >= min(FEW, total / SMALL)
 
 
 @pytest.mark.parametrize("bounces", [1, 2, 3, 64, 100])
