@@ -31,6 +31,11 @@ def look_up(table, index, out):
         out[i] = value if index[i] >= 0 else 0
 
 
+def only_rough(program: Program, threshold: float) -> bool:
+    """Whether a material scatters, and nowhere sharply nor straight on."""
+    return program.may_be_rough(threshold) and not program.has_sharp(threshold) and not program.has_null
+
+
 class MaterialTable:
     """The programs of a scene's materials; row M is the default material."""
 
@@ -57,17 +62,22 @@ class MaterialTable:
         self.objects = ObjectTable.from_instances(scene.instances) if self.varying else None
         self.has_sharp = self._flags(lambda program: program.has_sharp(threshold), False)
         self.emits = self._flags(lambda program: program.emits, False)
+        ends = self._flags(lambda program: only_rough(program, threshold), True)
+        # rows for photons that end at any rough surface: there the default one, which costs nothing, tells as much
+        self.for_ends = np.where(ends, count, np.arange(count + 1)).astype(np.int32)
 
     def _flags(self, ask, default: bool) -> np.ndarray:
         """(M + 1,) bool: the answer of each used program, then of the default material."""
         answers = [bool(ask(program)) for program in self.programs] + [default]
         return np.array(answers, bool) & self.used
 
-    def shade(self, hits: Hits, d: np.ndarray, **path) -> tuple[LobeRows, np.ndarray]:
+    def shade(self, hits: Hits, d: np.ndarray, ends_at_rough: bool = False, **path) -> tuple[LobeRows, np.ndarray]:
         """Rows of lobes and the row of each hit; d : (n, 3) f32 ray directions; path: fields of ShadePoints, arrays for
-        all hits or empty."""
+        all hits or empty; ends_at_rough: what is but rough need not be told apart from Lambert."""
         material = np.empty(len(hits.prim), np.int32)
         look_up(self.flat.geometry.material, hits.prim, material)
+        if ends_at_rough:
+            look_up(self.for_ends, material, material)
         if not self.varying:
             return self.fixed, material
         valid = hits.prim >= 0

@@ -142,7 +142,7 @@ def _carry(
         if bounce == 0 and shines_through:
             hits, more = light_through(scene, photons, light, hits)
             tally[EMITTED] += more
-        surfaces = scene.surfaces_at(hits, photons.d, is_photon=True)
+        surfaces = scene.surfaces_at(hits, photons.d, ends_at_rough=run.mode == CAUSTIC, is_photon=True)
         rays += n
         if scene.absorbs:
             tally[ABSORBED] += scene.absorb(photons.inside, surfaces, photons.phi)
