@@ -165,7 +165,11 @@ class Patch:
         return np.broadcast_to(value, (SIZE * SIZE, 3)), issues
 
     def engine(self) -> np.ndarray:
-        """The whole engine's picture, (SIZE * SIZE, 3)."""
+        """The whole engine's picture of what shines, (SIZE * SIZE, 3), brought back to the node's value."""
+        return 4.0 * (self.rendered("Emission")[0] - LIFT)
+
+    def rendered(self, name: str) -> tuple[np.ndarray, IssueLog]:
+        """A pass of the whole engine, (SIZE * SIZE, 3), and what was reported."""
         graph = bpy.context.evaluated_depsgraph_get()
         graph.update()
         issues = IssueLog()
@@ -173,9 +177,9 @@ class Patch:
         scene.frame.filter_width = 0.01  # Blender's own boxes are a pixel wide
         renderer = Renderer(scene, Settings(caustic_photons=0, diffuse_photons=0), issues)
         renderer.prepare(lambda text: None)
-        picture = renderer.render_pass(0, lambda: False)["Emission"]
+        picture = renderer.render_pass(0, lambda: False)[name]
         renderer.close()
-        return 4.0 * (np.asarray(picture).reshape(-1, 3) - LIFT)
+        return np.asarray(picture).reshape(-1, 3), issues
 
     def compare_engine(self, build, tolerance: float = TOLERANCE, outliers: int = 0, flat: bool | None = False) -> None:
         """As `compare`, but through extraction and the eye pass; black pixels (nothing there) count too."""

@@ -75,7 +75,8 @@ class _Extraction:
         key = block.as_pointer()
         if key not in self._light_graphs:
             self._light_graphs[key] = light_graph(block, self.images, self.issues)
-        light = extract_light(item.object, item.matrix, self._light_graphs[key], self.issues)
+        graph = self._light_graphs[key]
+        light = extract_light(item.object, item.matrix, graph, self.issues, self.images.images)
         if light is not None:
             self.data.lights.append(light)
 

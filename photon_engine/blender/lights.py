@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 
 from ..issues import IssueLog
-from ..scene.data import Graph, Light
+from ..lights.beams import axes_of, local_directions
+from ..scene.data import BEAM, Graph, Image, Light
+from ..shading.beam import bake_beam
 from ..shading.program import compile_graph
 from ..shading.registry import REGISTRY
 
@@ -16,16 +18,20 @@ WHITE = (1.0, 1.0, 1.0)
 MOST_BOUNCES = 1024  # Cycles' default for a light's own limit, which means no limit
 
 
-def extract_light(ob: Any, matrix: np.ndarray, graph: Graph | None, issues: IssueLog) -> Light | None:
+def extract_light(
+    ob: Any, matrix: np.ndarray, graph: Graph | None, issues: IssueLog, images: list[Image] | None = None
+) -> Light | None:
     """A lamp object at ``matrix`` (local to world, scale included); None when it gives no light, with an issue.
 
-    ``graph`` is the lamp's node tree: constant emission multiplies the lamp's strength, as in Cycles.
+    ``graph`` is the lamp's node tree: its emission multiplies the lamp's strength, as in Cycles, by a map where it
+    varies with direction;  ``images``: those that its nodes name.
     """
     data = ob.data
     if _is_portal(data):
         issues.warn(ob.name, "light portals are not supported yet: the portal is ignored")
         return None
-    strength = lamp_strength(data) * np.array(_tree_factor(ob.name, graph, issues))
+    factor, beam = _tree_factor(ob, matrix, graph, images or [], issues)
+    strength = lamp_strength(data) * np.array(factor)
     if (strength < 0.0).any() or not np.isfinite(strength).all():
         issues.warn(ob.name, "its strength is negative or undefined: it is left out", "use a positive power")
         return None
@@ -35,6 +41,7 @@ def extract_light(ob: Any, matrix: np.ndarray, graph: Graph | None, issues: Issu
         matrix=matrix,
         strength=tuple(float(v) for v in strength),
         normalize=data.normalize,
+        beam=beam,
         cast_shadow=data.use_shadow,
         visible_camera=ob.visible_camera,
     )
@@ -98,18 +105,29 @@ def constant_emission(graph: Graph, name: str, issues: IssueLog) -> tuple[float,
     return tuple(float(c) for c in program.emission()[0]) if program.constant else None
 
 
-def _tree_factor(name: str, graph: Graph | None, issues: IssueLog) -> tuple[float, float, float]:
-    """What a lamp's nodes multiply its strength by."""
+def _tree_factor(
+    ob: Any, matrix: np.ndarray, graph: Graph | None, images: list[Image], issues: IssueLog
+) -> tuple[tuple[float, float, float], np.ndarray | None]:
+    """What a lamp's nodes multiply its strength by: a colour, and a map of shares where that varies with direction."""
     if graph is None:
-        return WHITE
+        return WHITE, None
     if graph.surface is None:
-        issues.warn(name, "the light's nodes are not connected to an output: it is dark", "connect an Emission node")
-        return (0.0, 0.0, 0.0)
-    factor = constant_emission(graph, name, issues)
-    if factor is None:
-        issues.warn(name, "light nodes that vary are not supported yet: they are ignored")
-        return WHITE
-    return factor
+        issues.warn(ob.name, "the light's nodes are not connected to an output: it is dark", "connect an Emission node")
+        return (0.0, 0.0, 0.0), None
+    factor = constant_emission(graph, ob.name, issues)
+    if factor is not None:
+        return factor, None
+    beam, local = None, local_directions(*BEAM[:2])
+    if all(node.type in REGISTRY for node in graph.nodes):
+        beam = bake_beam(graph, ob.name, ob.data.type, matrix, images, local.reshape(-1, 3) @ axes_of(matrix))
+    if beam is None:
+        text = "light nodes that vary otherwise than with direction are not supported yet: they are ignored"
+        issues.warn(ob.name, text)
+        return WHITE, None
+    most = float(beam.max())
+    if most <= 0.0:
+        return (0.0, 0.0, 0.0), None
+    return (most, most, most), (beam / np.float32(most)).reshape(*local.shape)
 
 
 def _report_unsupported(ob: Any, issues: IssueLog) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import bpy
@@ -60,10 +61,23 @@ def node_props(node: Any, images: ImageTable) -> dict[str, Any]:
             _pointer(props, name, node, images)
     if node.bl_idname == "ShaderNodeTexVoronoi":
         props["word_hash"] = VORONOI_WORD_HASH
+    if node.bl_idname == "ShaderNodeTexIES":
+        props["text"] = photometric_text(node)
     if node.bl_idname in ("ShaderNodeValue", "ShaderNodeRGB", "ShaderNodeNormal"):
         value = node.outputs[0].default_value
         props["value"] = float(value) if node.bl_idname == "ShaderNodeValue" else [float(c) for c in value]
     return props
+
+
+def photometric_text(node: Any) -> str:
+    """What an IES Texture reads: a text in the file, or a file beside it; nothing when there is none."""
+    if node.mode == "INTERNAL":
+        return node.ies.as_string() if node.ies is not None else ""
+    path = Path(bpy.path.abspath(node.filepath, library=node.id_data.library))
+    try:
+        return path.read_text(encoding="latin-1") if path.is_file() else ""
+    except OSError:
+        return ""
 
 
 def _pointer(props: dict, name: str, owner: Any, images: ImageTable) -> None:

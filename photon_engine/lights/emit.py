@@ -18,6 +18,7 @@ from ..sampling.warps import (
 )
 from ..vec import add, cross, dot, load3, madd, normalize, scale, sub, to_world
 from .area import area_gain, area_point
+from .beams import radiance_along
 from .mesh import mesh_origin, triangle_radiance
 from .round import transform
 from .sky_sample import map_sample
@@ -45,7 +46,8 @@ def emit_photon(lights, l, u0, u1, u2, u3):
         return o, d, scale(le, math.pi * lights.radius * lights.radius), -1
     d, gain = round_direction(lights, l, u2, u3)
     o = disk_point(load3(lights.position, l), lights.size[l, 0], d, u0, u1)
-    return round_surface(lights, l, o, d), d, scale(load3(lights.radiance, l), gain * round_disk(lights, l)), -1
+    phi = scale(radiance_along(lights, l, d), gain * round_disk(lights, l))
+    return round_surface(lights, l, o, d), d, phi, -1
 
 
 @inlined
@@ -155,8 +157,9 @@ def distant_direction(lights, l, u0, u1):
     axis = load3(lights.normal, l)
     h = lights.size[l, 0]
     if h == 0.0:
-        return axis, load3(lights.radiance, l)
-    return to_world(square_to_cone(u0, u1, h), axis), scale(load3(lights.radiance, l), 2.0 * math.pi * h)
+        return axis, radiance_along(lights, l, axis)
+    d = to_world(square_to_cone(u0, u1, h), axis)
+    return d, scale(radiance_along(lights, l, d), 2.0 * math.pi * h)
 
 
 @inlined
@@ -192,16 +195,16 @@ def _emit_area(lights, l, u0, u1, u2, u3):
     """Uniform on the lamp, cosine-weighted within the spread."""
     o = area_origin(lights, l, u0, u1)
     normal = load3(lights.normal, l)
-    radiance = load3(lights.radiance, l)
     area = lights.size[l, 2]
     if lights.flags[l] & DELTA:
-        return o, normal, scale(radiance, area)
+        return o, normal, scale(radiance_along(lights, l, normal), area)
     sine2 = lights.cone[l, 2] if lights.flags[l] & FOCUSED else 1.0
     x, y = square_to_disk(u2, u3)
     s = math.sqrt(sine2)
     cosine = math.sqrt(max(0.0, 1.0 - sine2 * (x * x + y * y)))
     d = to_world((s * x, s * y, cosine), normal)
-    return o, d, scale(radiance, math.pi * sine2 * area * area_gain(lights, l, cosine))
+    gain = math.pi * sine2 * area * area_gain(lights, l, cosine)
+    return o, d, scale(radiance_along(lights, l, d), gain)
 
 
 @inlined

@@ -12,6 +12,7 @@ from ..sampling.mis import power_heuristic
 from ..sampling.warps import square_to_cone, square_to_cosine_hemisphere
 from ..vec import add, dot, load3, madd, scale, sub, to_world
 from .area import area_gain, area_hit, area_pdf_w, area_sample, beam_sample
+from .beams import radiance_along
 from .descend import after, next_met
 from .mesh import mesh_sample
 from .round import round_hit, round_sample
@@ -68,7 +69,8 @@ def sample_light(lights, p, ns, u_select, u0, u1):
         # a ray that must get through to the lamp cannot share the work
         distance = 0.0
         is_delta = True
-    return wi, distance, scale(load3(lights.radiance, l), gain), pdf_w * p_select, is_delta, -1
+    le = scale(radiance_along(lights, l, scale(wi, -1.0)), gain)
+    return wi, distance, le, pdf_w * p_select, is_delta, -1
 
 
 @inlined
@@ -144,7 +146,7 @@ def suns_along_ray(lights, d, prev_p, bsdf_pdf_w, use_mis, camera):
         if 0.5 * dot(r, r) <= lights.size[l, 0]:
             pdf_w = 1.0 / (2.0 * math.pi * lights.size[l, 0])
             weight = _weight(lights, l, prev_p, pdf_w, bsdf_pdf_w, use_mis)
-            total = madd(total, weight, load3(lights.radiance, l))
+            total = madd(total, weight, radiance_along(lights, l, scale(d, -1.0)))
     return total
 
 
@@ -204,4 +206,4 @@ def _lamp_met(lights, l, prev_p, d, span, bsdf_pdf_w, use_mis, camera):
     if kind == AREA:
         pdf_w = area_pdf_w(lights, l, prev_p, t, cos_light)
     weight = _weight(lights, l, prev_p, pdf_w, bsdf_pdf_w, use_mis)
-    return scale(load3(lights.radiance, l), weight * gain)
+    return scale(radiance_along(lights, l, scale(d, -1.0)), weight * gain)

@@ -13,8 +13,9 @@ import numpy as np
 
 from ..issues import IssueLog, RenderError
 from ..scene.data import Light, SceneData
+from .beams import Beams, axes_of, mean_share, pack_beams
 from .sky import SkyMap, mean_radiance, no_map
-from .tree import Bounds, LightTree, build_tree, empty_bounds, spot_half_angle, triangle_bounds
+from .tree import Bounds, LightTree, build_tree, empty_bounds, spot_half_angle, spot_solid_angle, triangle_bounds
 
 # kinds
 POINT, SPOT, SUN, AREA, MESH, WORLD = range(6)
@@ -78,6 +79,7 @@ class LightTable(NamedTuple):
     tri_tree: LightTree  # over the M emissive triangles
     center: np.ndarray  # (3,) f64, bounding sphere of the geometry [m]
     radius: float  # of that sphere [m]
+    beams: Beams  # of lamps whose nodes vary with direction: their radiance is the largest
     sky: SkyMap  # radiance of the WORLD by direction; empty: it is constant
     n_near: int  # lamps that are not suns come first
 
@@ -99,6 +101,8 @@ class _Row:
         self.to_local = np.eye(3)
         self.flux = np.zeros(3)
         self.power = 0.0
+        self.beam: np.ndarray | None = None
+        self.frame = np.eye(3)
 
 
 def build_lights(
@@ -150,17 +154,17 @@ def _pack(rows: list[_Row], triangles: dict, lookup: np.ndarray, sphere: tuple) 
     weights = flux @ LUMINANCE
     near = [row for row in rows if row.kind in (POINT, SPOT, AREA)]
 
-    def stack(name: str, shape: tuple[int, ...]) -> np.ndarray:
+    def stack(name: str, *shape: int) -> np.ndarray:
         return np.array([getattr(row, name) for row in rows], np.float64).reshape(len(rows), *shape)
 
     return LightTable(
         kind=np.array([row.kind for row in rows], np.int32),
         flags=np.array([row.flags for row in rows], np.int32),
-        **{name: stack(name, (3,)) for name in ("position", "axis_u", "axis_v", "normal", "radiance", "size", "cone")},
-        to_world=stack("to_world", (3, 3)),
-        to_local=stack("to_local", (3, 3)),
+        **{name: stack(name, 3) for name in ("position", "axis_u", "axis_v", "normal", "radiance", "size", "cone")},
+        to_world=stack("to_world", 3, 3),
+        to_local=stack("to_local", 3, 3),
         flux=flux,
-        power=stack("power", ()),
+        power=stack("power"),
         near_cdf=make_cdf(_shares(weights[: len(near)], UNIFORM_SHARE)),
         photon_cdf=make_cdf(_shares(weights, 0.0)),
         emitter_of_tri=lookup,
@@ -168,6 +172,7 @@ def _pack(rows: list[_Row], triangles: dict, lookup: np.ndarray, sphere: tuple) 
         lamp_tree=build_tree(lamp_bounds(near if len(near) > MANY else [])),
         center=sphere[0],
         radius=sphere[1],
+        beams=pack_beams([row.beam for row in rows], [row.frame for row in rows]),
         sky=sphere[2],
         n_near=len(near),
     )
@@ -271,7 +276,12 @@ def _lamp(light: Light, origin: np.ndarray, issues: IssueLog) -> _Row | None:
     if scales[2] >= MIN_AXIS:
         row.normal = -matrix[:3, 2] / scales[2]
     build = {"POINT": _point, "SPOT": _spot, "SUN": _sun, "AREA": _area}[light.kind]
-    return row if build(row, light, matrix, issues) else None
+    if not build(row, light, matrix, issues):
+        return None
+    if light.beam is not None:
+        row.beam, row.frame = light.beam, axes_of(matrix)
+        row.flux = row.flux * mean_share(light.beam, light.kind)
+    return row
 
 
 def _point(row: _Row, light: Light, matrix: np.ndarray, issues: IssueLog) -> bool:
@@ -303,24 +313,6 @@ def _spot(row: _Row, light: Light, matrix: np.ndarray, issues: IssueLog) -> bool
     row.to_local = np.linalg.inv(linear)
     row.flux = row.flux * (spot_solid_angle(linear, cos_half, blend) / (4.0 * math.pi))
     return True
-
-
-def spot_solid_angle(linear: np.ndarray, cos_half: float, blend: float) -> float:
-    """Integral [sr] of a spot's falloff over directions; exact to 1e-4 for moderate scales.
-
-    linear (3, 3) : the object's matrix. A local solid angle dw turns into |det M| / |M v|^3 dw.
-    """
-    n = 128
-    height = 1.0 - (np.arange(n) + 0.5) / n * (1.0 - cos_half)
-    angle = (np.arange(n) + 0.5) / n * 2.0 * math.pi
-    sine = np.sqrt(1.0 - height**2)
-    x, y = sine[:, None] * np.cos(angle), sine[:, None] * np.sin(angle)
-    local = np.stack(np.broadcast_arrays(x, y, -height[:, None]), -1)
-    with np.errstate(divide="ignore"):
-        x = np.clip((height - cos_half) / ((1.0 - cos_half) * blend), 0.0, 1.0)
-    falloff = x * x * (3.0 - 2.0 * x)
-    jacobian = abs(np.linalg.det(linear)) / np.linalg.norm(local @ linear.T, axis=-1) ** 3
-    return float(2.0 * math.pi * (1.0 - cos_half) * (falloff[:, None] * jacobian).mean())
 
 
 def _sun(row: _Row, light: Light, matrix: np.ndarray, issues: IssueLog) -> bool:

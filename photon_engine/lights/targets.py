@@ -13,6 +13,7 @@ from ..sampling.warps import square_to_disk
 from ..vec import dot, load3, luminance, madd, mul, scale, sub
 from .aim import disk_line_pdf, distant_line, round_line, round_line_pdf, toward, toward_pdf_w
 from .area import area_gain, area_inside, area_local, area_point
+from .beams import radiance_along
 from .emit import area_origin, from_outside, round_surface
 from .mesh import mesh_origin, triangle_radiance
 from .round import spot_falloff
@@ -132,7 +133,7 @@ def emit_aimed(lights, targets, l, u_pick, u0, u1, u2, u3):
     if gain == 0.0 or dot(off, off) > lights.size[l, 0] * lights.size[l, 0]:
         return o, d, BLACK, -1
     gain /= round_mixture(lights, targets, l, o, d)
-    return round_surface(lights, l, o, d), d, scale(load3(lights.radiance, l), gain), -1
+    return round_surface(lights, l, o, d), d, scale(radiance_along(lights, l, d), gain), -1
 
 
 @inlined
@@ -174,7 +175,6 @@ def _aimed_area(lights, targets, l, c, u0, u1, u2, u3):
     center = load3(targets.center, c)
     radius = targets.radius[c]
     normal = load3(lights.normal, l)
-    radiance = load3(lights.radiance, l)
     if lights.flags[l] & DELTA:
         x, y = square_to_disk(u0, u1)
         a, b, height = area_local(lights, l, center)
@@ -183,14 +183,15 @@ def _aimed_area(lights, targets, l, c, u0, u1, u2, u3):
         o = area_point(lights, l, a, b)
         if height + radius < 0.0 or not area_inside(lights, l, a, b):
             return o, normal, BLACK
-        return o, normal, scale(radiance, 1.0 / disk_mixture(targets, l, o, normal))
+        return o, normal, scale(radiance_along(lights, l, normal), 1.0 / disk_mixture(targets, l, o, normal))
     o = area_origin(lights, l, u0, u1)
     d = toward(o, center, radius, u2, u3)
     cosine = dot(normal, d)
     gain = area_gain(lights, l, cosine)
     if gain == 0.0:
         return o, d, BLACK
-    return o, d, scale(radiance, gain * cosine * lights.size[l, 2] / cone_mixture(targets, l, o, d))
+    gain *= cosine * lights.size[l, 2] / cone_mixture(targets, l, o, d)
+    return o, d, scale(radiance_along(lights, l, d), gain)
 
 
 @inlined

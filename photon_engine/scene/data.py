@@ -106,6 +106,9 @@ class Image:
     tiles: dict[int, int] = field(default_factory=dict)  # UDIM: tile number -> index into SceneData.images
 
 
+BEAM = (513, 256, 3)  # shape of a lamp's map: 0.35 degrees from pole to pole
+
+
 @dataclass
 class Light:
     """A lamp in Cycles' units (see lights/ for the laws)."""
@@ -123,6 +126,7 @@ class Light:
     size: tuple[float, float] = (1.0, 1.0)  # AREA, before the object's scale [m]
     spread: float = np.pi  # AREA [rad], pi: no focusing
     normalize: bool = True
+    beam: np.ndarray | None = None  # BEAM f32 in [0, 1], times the strength, by direction: lights/beams.py
     cast_shadow: bool = True
     visible_camera: bool = True
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..issues import RenderError
-from .data import Graph, Image, Instance, Light, Mesh, SceneData
+from .data import BEAM, Graph, Image, Instance, Light, Mesh, SceneData
 from .typed import is_number
 
 FLOAT = (np.float32,)  # what kernels are compiled for
@@ -105,6 +105,9 @@ def _check_light(light: Light) -> None:
     _require(_fits(light.matrix, (4, 4)), light.name, "its matrix is not 4 by 4 finite numbers")
     good = min(light.radius, *light.size, light.angle, light.spread, light.spot_size) >= 0.0
     _require(good, light.name, "a length or an angle of it is negative")
+    beam = light.beam
+    good = beam is None or (_fits(beam, BEAM, FLOAT) and beam.min() >= 0.0 and beam.max() <= 1.0)
+    _require(good, light.name, f"its map of directions is not {BEAM} shares in single precision")
 
 
 def _check_graph(name: str, graph: Graph, n_images: int) -> None:

@@ -7,6 +7,7 @@ import numpy as np
 from ..bsdf import recipes
 from ..issues import IssueLog
 from ..scene.data import Node
+from .ies import MISSING, parse_ies
 from .registry import REGISTRY, SCALARS, NodeKind, f32
 
 GREY = 0.8  # Blender's default base colour
@@ -18,7 +19,6 @@ NOT_SUPPORTED = {
     "ShaderNodeBevel": "traces rays while shading",
     "ShaderNodeRaycast": "traces rays while shading",
     "ShaderNodeRadialTiling": "not yet",
-    "ShaderNodeTexIES": "light nodes that vary are not supported yet",
     "ShaderNodeBsdfHair": "hair is not supported yet",
     "ShaderNodeBsdfHairPrincipled": "hair is not supported yet",
     "ShaderNodeBsdfRayPortal": "portals are not supported yet",
@@ -45,6 +45,8 @@ def report_unsupported(item: Node, used: set[str], material: str, issues: IssueL
         return
     for output in sorted(UNSUPPORTED_OUTPUTS.get(item.type, set()) & used):
         issues.warn(where, f"the output {output} is not supported yet", "0 is used instead")
+    if item.type == "ShaderNodeTexIES" and (problem := ies_problem(item.props.get("text", ""))):
+        issues.warn(where, f"the photometric file cannot be read: {problem}", f"{MISSING:g} is used, as Cycles does")
     if "SHADER" not in item.output_kinds.values():
         return
     deep, wall = item.inputs.get("Subsurface Weight"), item.inputs.get("Thin Wall")
@@ -52,6 +54,17 @@ def report_unsupported(item: Node, used: set[str], material: str, issues: IssueL
         return  # a thin wall scatters diffusely on both sides
     if item.type == "ShaderNodeSubsurfaceScattering" or (deep is not None and (deep.node >= 0 or deep.value)):
         issues.warn(where, "subsurface scattering is not simulated", "a diffuse surface of its colour is used")
+
+
+def ies_problem(text: str) -> str:
+    """Why an IES Texture's text cannot be used; empty: it can."""
+    if not text:
+        return "there is none"
+    try:
+        parse_ies(text)
+    except ValueError as error:
+        return str(error)
+    return ""
 
 
 def _replacement(item: Node) -> str:

@@ -32,7 +32,17 @@ def lamp(kind, matrix=TILTED, **options):
     return Light(kind.lower(), kind, matrix, options.pop("strength", RGB), **options)
 
 
+# a map of directions with colours, and a ring that is dark
+SHARES = np.random.default_rng(8).uniform(0.3, 1.0, (17, 8, 3)).astype(np.float32)
+SHARES[10] = 0.0
+
 LAMPS = {
+    "mapped point": lamp("POINT", beam=SHARES),
+    "mapped soft point": lamp("POINT", radius=0.4, beam=SHARES),
+    "mapped spot": lamp("SPOT", spot_size=1.2, spot_blend=0.5, radius=0.2, soft_falloff=False, beam=SHARES),
+    "mapped square": lamp("AREA", size=(0.8, 9.0), beam=SHARES),
+    "mapped spread": lamp("AREA", frame((0.2, 0.1, 1.5)), size=(1.0, 1.0), spread=1.2, beam=SHARES),
+    "mapped sun": lamp("SUN", angle=0.3, beam=SHARES),
     "point": lamp("POINT"),
     "sphere": lamp("POINT", radius=0.4, soft_falloff=False),
     "sphere not normalised": lamp("POINT", radius=0.4, soft_falloff=False, normalize=False),
@@ -59,7 +69,7 @@ LAMPS = {
     "sun disk": lamp("SUN", angle=0.3),
     "sun not normalised": lamp("SUN", angle=1.0, normalize=False),
 }
-DELTAS = {"point", "spot", "scaled spot", "sharp spot", "beam", "sun"}
+DELTAS = {"point", "mapped point", "spot", "scaled spot", "sharp spot", "beam", "sun"}
 
 TRIANGLES = np.array(
     [[[0.5, -1.0, 1.0], [1.5, 0.5, 1.5], [0.3, 0.4, 1.8]], [[-1.0, 0.0, 1.0], [-1.2, 1.0, 1.4], [-0.4, 0.2, 0.9]]],

@@ -62,7 +62,8 @@ def test_dark_distance_ends_where_the_facing_disk_begins():
     assert dark_distance(SINGLE["sphere"](), 0, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)) == 0.0
 
 
-@pytest.mark.parametrize("name", SINGLE)
+# what a map of directions leaves of a lamp's flux is only estimated, to share out photons among lamps
+@pytest.mark.parametrize("name", [name for name in SINGLE if not name.startswith("mapped")])
 def test_mean_flux_is_the_lights_flux(name):
     lights = SINGLE[name]()
     phi = np.array([emit_photon(lights, 0, *u)[2] for u in uniform(20_000, 4, 9)])

@@ -45,6 +45,9 @@ MATERIALS = {
     "Frosted": shader("Glass", Roughness=0.3, IOR=1.5),
     "Plastic": shader("Principled", Roughness=0.1),
     "Clear": shader("Transparent"),
+    "Bubble": shader("Glass", Roughness=0.0, IOR=1.0, Thin_Film_Thickness=400.0, Thin_Film_IOR=1.4),
+    "Wall": shader("Principled", Roughness=0.0, Transmission_Weight=1.0, IOR=1.5, Thin_Wall=True),
+    "Blind": shader("Principled", Roughness=0.4, Transmission_Weight=0.7, IOR=1.5, Thin_Wall=True),
     "Half": mixed(MATTE, shader("Transparent")),
     "Hidden": mixed(MATTE, shader("Glossy", Roughness=0.0), 0.0),
     "Glow": shader("Emission", Strength=2.0),
@@ -68,6 +71,10 @@ LAMPS = {
     "Soft Sun": Light("Soft Sun", "SUN", place(0.0, 0.0, 0.0), (2.0, 2.0, 1.0), angle=0.2),
     "Area": Light("Area", "AREA", place(0.2, 0.0, 2.6), (20.0, 20.0, 20.0), size=(0.4, 0.4)),
     "Beam": Light("Beam", "AREA", place(0.2, 0.0, 2.6), (9.0, 9.0, 9.0), size=(0.4, 0.4), spread=0.0),
+    "Mapped": Light(
+        "Mapped", "POINT", place(0.5, 0.3, 2.5), (30.0, 30.0, 30.0), radius=0.1,
+        beam=np.random.default_rng(2).random((9, 8, 3)).astype(np.float32),
+    ),
     "Dead": Light("Dead", "POINT", place(0.0, 0.0, 2.0), (0.0, 0.0, 0.0)),
     "Ghostly": Light("Ghostly", "AREA", place(0.2, 0.0, 2.6), (9.0, 9.0, 9.0), cast_shadow=False),
 }
