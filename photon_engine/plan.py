@@ -54,6 +54,7 @@ LABELS = {
     "caustic_points": "Caustics where the eye looks",
     "diffuse_map": "Diffuse map",
     "stray_photons": "Photons past all objects",
+    "mirrors": "Beyond mirrors and glass",
     "gather_all": "Final gather everywhere",
     "gather_narrow": "Final gather on glossy surfaces",
     "edges": "Walls and rims near by",
@@ -81,6 +82,7 @@ class Plan:
     caustic_points: Decision
     diffuse_map: Decision
     stray_photons: Decision
+    mirrors: Decision
     gather_all: Decision
     gather_narrow: Decision
     edges: Decision
@@ -148,7 +150,7 @@ def make_plan(
     gathering = bool(gathers["gather_all"] or gathers["gather_narrow"])
     mirrored = facts.narrow if gathering else ()  # where a gather ends on them it is lit as the eye sees it
     maps = {"diffuse_map": diffuse, **_caustic(rule, facts, settings, mirrored)}
-    direct = _direct(rule, facts)
+    direct, guides = _direct(rule, facts), _guides(rule, settings)
     shadows = [
         (not direct and not mirrored, "no direct light"), (not facts.see_through, "every surface stops light"),
     ]  # fmt: skip
@@ -169,10 +171,11 @@ def make_plan(
         **gathers,
         edges=_edges(rule, maps),
         **_seen(rule, facts),
+        mirrors=_mirrors(rule, facts, guides),
         media=_media(facts),
         lens=_lens(scene),
         textures=_textures(facts),
-        guides=_guides(rule, settings),
+        guides=guides,
         variance=variance,
     )
 
@@ -274,6 +277,13 @@ def _seen(rule: Rule, facts: Survey) -> dict[str, Decision]:
         f"{names(facts.sky)} gives light", [], [rule.unasked("Environment"), (not facts.sky, "the world is black")]
     )
     return {"emission": emission, "environment": environment}
+
+
+def _mirrors(rule: Rule, facts: Survey, guides: Decision) -> Decision:
+    """Eye paths behind the first surface that is not see-through; depth, normal and albedo are of that one."""
+    unlit = not guides and not rule.outputs & frozenset(LIGHT_NAMES)
+    needless = [(not facts.sharp, "no specular surface"), (unlit, "neither light nor guides are asked for")]
+    return rule.decide(f"{names(facts.sharp)} shows other things", [], needless)
 
 
 def _media(facts: Survey) -> Decision:

@@ -20,7 +20,7 @@ class Survey(NamedTuple):
     """Names of materials, lamps and the world by what they may do; upper bounds: what is not named does it never."""
 
     surfaces: tuple[str, ...]  # materials on triangles
-    idle: tuple[int, ...]  # lamps whose light meets neither a surface nor the camera, indices into scene.lights
+    idle: tuple[int, ...]  # lamps whose light meets neither what scatters it nor the camera, indices into scene.lights
     lit: tuple[str, ...]  # other lamps, materials and the world that give light
     can_be_hit: tuple[str, ...]  # of these, what a ray can meet
     seen: tuple[str, ...]  # of these, lamps and materials that eye paths can see
@@ -57,7 +57,8 @@ def survey(
     def having(ask) -> tuple[str, ...]:
         return tuple(name for name, program in known if ask(program))
 
-    idle = tuple(i for i in out_of_reach(scene) if shines(scene.lights[i])) if reach else ()
+    receivers = {m for m in used if m < 0 or scatters(programs[m], threshold)}
+    idle = tuple(i for i in out_of_reach(scene, receivers) if shines(scene.lights[i])) if reach else ()
     lamps = [light for i, light in enumerate(scene.lights) if i not in idle and shines(light)]
     sky = (scene.world.name,) if world_shines(scene.world) else ()
     emitting = having(lambda program: program.emits)
@@ -79,6 +80,11 @@ def survey(
         varying=varying,
         needs=frozenset().union(*(program.needs for _, program in known)),
     )
+
+
+def scatters(program: Program, threshold: float) -> bool:
+    """Whether light that meets a material may be turned by it, or end on it as something to see."""
+    return program.has_sharp(threshold) or program.may_be_rough(threshold)
 
 
 def shines(light: Light) -> bool:

@@ -12,6 +12,8 @@ from photon_engine.blender.load import Options, load_blend
 from photon_engine.film.passes import usual_outputs
 from photon_engine.issues import IssueLog
 from photon_engine.settings import Settings
+from photon_engine.shading.material import compile_material
+from photon_engine.transport import materials
 from photon_engine.transport.renderer import Renderer
 
 SAMPLES = Path(__file__).resolve().parent.parent / "sample_blends"
@@ -49,6 +51,30 @@ def test_a_sample_is_the_same_picture(scenes, name):
             np.testing.assert_array_equal(planned[key], whole[key], err_msg=f"{key}: {renderer.plan}")
     spared = sum(off.statistics["rays"].values()) - sum(renderer.statistics["rays"].values())
     assert spared > 0 and whole["Direct"].any()
+
+
+def test_samples_without_textures_have_no_uvs_and_look_nothing_up(scenes, monkeypatch):
+    """Nor tangents, attributes, generated coordinates; diffuse_room's .blend has 23 UV layers to ask for."""
+
+    def looked_up(*_arguments):
+        raise AssertionError("hits were looked up")
+
+    plain = []
+    for name in NAMES:
+        needs = frozenset().union(
+            *(compile_material(m, scenes[name].images, IssueLog()).needs for m in scenes[name].materials)
+        )
+        if any(need.partition(":")[0] in ("uv", "tangent", "attribute", "generated", "island") for need in needs):
+            continue
+        plain.append(name)
+        for mesh in scenes[name].meshes:
+            assert (mesh.uvs, mesh.tangents, mesh.attributes) == ({}, {}, {})
+            assert mesh.generated is None and mesh.island_random is None
+    assert {"diffuse_room", "ring_cardioid", "wine_glass"} <= set(plain)
+    monkeypatch.setattr(materials, "fill_attributes", looked_up)
+    (picture,), renderer = passes_of(scenes["diffuse_room"], True)
+    assert not renderer.plan.textures and picture["Direct"].any()
+    assert renderer.scene.materials.objects is None and renderer.scene.materials.varying == []
 
 
 @pytest.mark.parametrize("name", OTHER_NUMBERS)

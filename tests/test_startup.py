@@ -1,5 +1,6 @@
 """Enabling the extension costs Blender little, and a process of low priority compiles the kernels."""
 
+import json
 import os
 import subprocess
 import sys
@@ -34,11 +35,46 @@ render(scene("Matte", "Half", "Glow", lamps=["Point"], ghost=True), {"Caustic", 
 print(len(before), sorted(signatures() - before))
 """
 
+# what each render of a matte scene under a point lamp adds, and the kernels that it is the first to call
+FEATURES = [
+    ({}, {"Depth"}, {"eye_kernels.camera_rays", "eye_kernels.eye_step", "materials.look_up", "rng.stream_key"}),
+    ({}, {"Direct"}, {"direct_kernels.sample_lights", "direct_kernels.add_unoccluded"}),
+    ({"lamps": ["Bulb"]}, {"Direct"}, {"direct_kernels.sample_lobes", "second_kernels.second_step"}),
+    ({"lamps": ["Bulb"]}, {"Emission"}, {"eye_kernels.further_rays"}),
+    ({"sky": 0.5, "aperture": 0.1}, {"Environment"}, set()),
+    ({"pane": "Half"}, {"Direct"}, {"direct_kernels.attenuate_shadows"}),
+    ({}, {"Diffuse"}, {"clearing_kernels", "cull.compact", "gather_kernels.gather", "map._count_sort", "map.row_hash",
+                       "photon_kernels.emit_everywhere", "photon_kernels.photon_step"}),
+    ({"wall": "Polished"}, {"Diffuse"}, {"second_kernels.narrow_points"}),
+    ({"pane": "Glass"}, {"Caustic"}, {"islands.join_edges", "photon_kernels.emit_at_targets", "targets.estimate_flux"}),
+    ({"pane": "Ink"}, {"Caustic"}, {"media.absorb"}),
+    ({"pane": "Painted"}, {"Direct"}, {"surface.surface_points"}),
+]  # fmt: skip
+CALLED = """
+import gc, json, sys
+from numba.core.dispatcher import Dispatcher
+from photon_engine.linkage import Part
+from photon_engine.transport.tests.plan_scenes import scene
+from photon_engine.transport.tests.test_plan import render
+def called():
+    found = [d for d in gc.get_objects() if isinstance(d, Dispatcher) and not isinstance(d, Part) and d.signatures]
+    names = [(d.py_func.__module__.split("."), d.py_func.__name__) for d in found]
+    names = [(module[-1], name) for module, name in names if module[0] == "photon_engine"]
+    return {module if module == "clearing_kernels" else f"{module}.{name}" for module, name in names}
+before, out = set(), []
+for more, outputs in json.loads(sys.argv[1]):
+    render(scene(**{"pane": "Matte", "lamps": ["Point"], **more}), outputs)
+    out.append(sorted(called() - before))
+    before = called()
+print(json.dumps(out))
+"""
 
-def run(code, **changes):
-    """What a process of this tree prints."""
-    env = {**os.environ, "PYTHONPATH": str(ROOT), **changes}
-    done = subprocess.run([sys.executable, "-c", code], env=env, cwd=ROOT, capture_output=True, text=True, check=True)
+
+def run(code, *arguments):
+    """What a process of this tree prints at the end."""
+    env = {**os.environ, "PYTHONPATH": str(ROOT)}
+    command = [sys.executable, "-c", code, *arguments]
+    done = subprocess.run(command, env=env, cwd=ROOT, capture_output=True, text=True, check=True)
     return done.stdout.splitlines()[-1]
 
 
@@ -50,6 +86,11 @@ def test_enabling_is_quick_and_loads_nothing_heavy():
 def test_after_warming_up_no_scene_compiles_anything():
     count, _, new = run(COMPILED).partition(" ")
     assert int(count) > 10 and new == "[]"
+
+
+def test_no_kernel_is_compiled_for_what_a_scene_does_not_have():
+    told = json.loads(run(CALLED, json.dumps([(more, sorted(outputs)) for more, outputs, _ in FEATURES])))
+    assert [set(names) for names in told] == [names for _, _, names in FEATURES]
 
 
 def test_warming_runs_once_under_blenders_name_for_the_extension(tmp_path, monkeypatch):

@@ -1,4 +1,4 @@
-"""Which lamps reach nothing: all that they light lies beside every surface and the camera.
+"""Which lamps reach nothing: all that they light lies beside every receiver and the camera.
 
 A spot, and an area lamp, shine into a convex cone from each of their points; a box is out of reach for certain when a
 plane through the cone's tip parts the cone from all differences between points of box and lamp.
@@ -7,6 +7,7 @@ plane through the cone's tip parts the cone from all differences between points 
 from __future__ import annotations
 
 import math
+from collections.abc import Container
 from itertools import product
 
 import numpy as np
@@ -20,24 +21,29 @@ MOST = 1 << 14  # pairs of lamp and object; beyond it the boxes of all objects a
 SIGNS = np.array(list(product((-0.5, 0.5), repeat=2)))
 
 
-def out_of_reach(scene: SceneData) -> tuple[int, ...]:
-    """Indices of the lamps whose light neither a surface nor the camera can meet."""
+def out_of_reach(scene: SceneData, receivers: Container[int] | None = None) -> tuple[int, ...]:
+    """Indices of the lamps whose light neither a receiver nor the camera can meet.
+
+    receivers : indices of the materials that scatter light, -1 the default one; None: all do
+    A lamp that is walled in, and a sun, count as in reach: that would take rays.
+    """
     shaped = [i for i, light in enumerate(scene.lights) if light.kind in ("SPOT", "AREA")]
     if not shaped:
         return ()
-    boxes = np.array([*_object_boxes(scene), camera_box(scene.camera)])
+    boxes = np.array([*_object_boxes(scene, receivers), camera_box(scene.camera)])
     if len(boxes) * len(shaped) > MOST:
         boxes = np.array([[boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)]])
     return tuple(i for i in shaped if misses(scene.lights[i], boxes))
 
 
-def _object_boxes(scene: SceneData) -> list[np.ndarray]:
-    """Corners (2, 3) of a box in the world round each instance that has triangles."""
+def _object_boxes(scene: SceneData, receivers: Container[int] | None) -> list[np.ndarray]:
+    """Corners (2, 3) of a box in the world round each instance that has triangles and wears a receiver."""
     local: dict[int, np.ndarray] = {}
     out = []
     for item in scene.instances:
         mesh = scene.meshes[item.mesh]
-        if not len(mesh.triangles):
+        scatters = receivers is None or any(max(m, -1) in receivers for m in item.materials or [-1])
+        if not len(mesh.triangles) or not scatters:
             continue
         if item.mesh not in local:
             local[item.mesh] = np.array([mesh.positions.min(axis=0), mesh.positions.max(axis=0)], np.float64)

@@ -125,9 +125,19 @@ def follow(
         if ended:
             rays += light(surfaces, head(points, ended))
         paths = head(onward, n)
-        if n == 0:
+        if not scene.plan.mirrors:
+            paths = straight_on(paths)
+        if len(paths.key) == 0:
             break
     return rays
+
+
+def straight_on(paths: EyePaths) -> EyePaths:
+    """The paths that have met nothing but see-through surfaces."""
+    if paths.bare.all():
+        return paths
+    index = np.flatnonzero(paths.bare)
+    return EyePaths(*(field[index] if len(field) else field for field in paths))
 
 
 def _see_edges(scene: RenderScene, run: EyeRun, tile: Tile, edges: np.ndarray, first: int, cancelled) -> int:

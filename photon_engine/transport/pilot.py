@@ -52,7 +52,7 @@ class Reach(NamedTuple):
 class Pilot(NamedTuple):
     """Bounds on the first radius, and the scale of pixels."""
 
-    footprint: float  # radius of a pixel that three quarters of visible points stay below [m]; 0: nothing rough is seen
+    footprint: float  # radius of a pixel that three quarters of visible points stay below [m]; 0: none, or nobody asks
     caustic: Reach
     diffuse: Reach
 
@@ -70,7 +70,8 @@ def run_pilot(
         total = settings.caustic_photons if mode == CAUSTIC else settings.diffuse_photons
         wanted = (CAUSTIC_LEAST, CAUSTIC_NEIGHBOURS) if mode == CAUSTIC else (DIFFUSE_LEAST, DIFFUSE_NEIGHBOURS)
         reaches[mode] = _reach(deposits.position, wanted, total, scene.flat.radius)
-    return Pilot(_footprint(scene, settings, cancelled), reaches[CAUSTIC], reaches[DIFFUSE])
+    footprint = _footprint(scene, settings, cancelled) if modes else 0.0  # nobody gathers without a map
+    return Pilot(footprint, reaches[CAUSTIC], reaches[DIFFUSE])
 
 
 def _reach(photons: np.ndarray, wanted: tuple[float, float], total: int, radius: float) -> Reach:

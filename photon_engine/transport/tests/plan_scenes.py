@@ -34,6 +34,15 @@ def textured():
     return Graph([uv, diffuse], Socket(None, 1, "BSDF", "SHADER"))
 
 
+def inked():
+    """Clear glass whose inside absorbs."""
+    graph = shader("Glass", Roughness=0.0, IOR=1.5)
+    inputs = {"Color": Socket([0.2, 0.4, 0.9, 1.0], kind="RGBA"), "Density": Socket(2.0)}
+    graph.nodes.append(Node("ShaderNodeVolumeAbsorption", "Ink", {}, inputs, {"Volume": "SHADER"}))
+    graph.volume = Socket(None, 1, "Volume", "SHADER")
+    return graph
+
+
 MATTE = shader("Diffuse", Roughness=0.0)
 MATERIALS = {
     "Matte": MATTE,
@@ -53,6 +62,7 @@ MATERIALS = {
     "Glow": shader("Emission", Strength=2.0),
     "Dark Glow": shader("Emission", Strength=0.0),
     "Painted": textured(),
+    "Ink": inked(),
 }
 
 

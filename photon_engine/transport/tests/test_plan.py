@@ -52,18 +52,32 @@ choices = st.fixed_dictionaries(
 )
 
 
-@given(scenes, choices, st.sets(st.sampled_from(ASKED), min_size=1, max_size=3))
-@settings(
-    max_examples=40, deadline=None, derandomize=True, database=None, suppress_health_check=[HealthCheck.too_slow]
-)
-def test_the_plan_changes_no_bit(which, how, asked):
-    whole, _ = render(scene(**which), plan=False, **how)
-    planned, renderer = render(scene(**which), **how)
-    for name, picture in whole.items():
-        np.testing.assert_array_equal(planned[name], picture, err_msg=f"{name}: {renderer.plan}")
-    some, renderer = render(scene(**which), asked, **how)
-    for name in asked:
-        np.testing.assert_array_equal(some[name], whole[name], err_msg=f"only {asked}, {name}: {renderer.plan}")
+# these change random numbers; tests of their own say that they change nothing else
+OTHER_NUMBERS = {"idle_lamps", "sun_rays"}
+
+
+def test_the_plan_changes_no_bit():
+    """And every decision is made both ways in some of these scenes."""
+    decided = set()
+
+    @given(scenes, choices, st.sets(st.sampled_from(ASKED), min_size=1, max_size=3), st.booleans())
+    @settings(
+        max_examples=40, deadline=None, derandomize=True, database=None, suppress_health_check=[HealthCheck.too_slow]
+    )
+    def check(which, how, asked, maps):
+        whole, _ = render(scene(**which), plan=False, **how)
+        planned, renderer = render(scene(**which), **how)
+        for name, picture in whole.items():
+            np.testing.assert_array_equal(planned[name], picture, err_msg=f"{name}: {renderer.plan}")
+        some, alone = render(scene(**which), {*asked, *(["Noise"] if maps else [])}, **how)
+        for name in asked:
+            np.testing.assert_array_equal(some[name], whole[name], err_msg=f"only {asked}, {name}: {alone.plan}")
+        for made in (renderer.plan, alone.plan):
+            decided.update((name, bool(getattr(made, name))) for name in LABELS)
+
+    check()
+    missing = {(name, runs) for name in LABELS if name not in OTHER_NUMBERS for runs in (True, False)} - decided
+    assert missing == {("stray_photons", True)}  # only plan=off carries these
 
 
 def plan(data, outputs=frozenset(LIGHT_NAMES), **values):
@@ -83,6 +97,7 @@ LEFT_OUT = [
     ("idle_lamps", {}, {}, "there is none"),
     ("sun_rays", {"lamps": ["Sun"], "sky": 1.0}, {}, "whether Sun is seen, the others go to Sky"),
     ("stray_photons", {}, {}, "miss"),
+    ("mirrors", {"pane": "Satin"}, {}, "no specular surface"),
     ("direct", {"floor": "Glass", "wall": "Mirror"}, {}, "no rough surface"),
     ("lobe_rays", {"lamps": ["Point", "Sun", "Beam"], "wall": "Satin"}, {}, "no ray can meet a light"),
     ("see_through", {}, {}, "every surface stops light"),
@@ -110,6 +125,7 @@ RUNS = [
     ("see_through", {"pane": "Half"}, {}, "light passes Half"),
     ("see_through", {"ghost": True}, {}, "light passes Pane"),
     ("caustic_points", {}, {}, "Caustic shows them"),
+    ("mirrors", {}, {}, "Glass shows other things"),
     ("gather_narrow", {"wall": "Polished"}, {}, "Polished reflects too narrowly"),
     ("gather_all", {}, {"final_gather": "ALL"}, "Final Gather is All"),
     ("emission", {"lamps": [], "pane": "Glow"}, {}, "Glow can be seen"),
@@ -243,6 +259,43 @@ def test_narrow_surfaces_seen_by_a_final_gather_need_all_light():
     alone, _ = render(scene(**which), {"Diffuse"}, caustic_photons=4000)
     np.testing.assert_array_equal(alone["Diffuse"], whole["Diffuse"])
     assert alone["Diffuse"].any() and not alone["Caustic"].any() and not alone["Direct"].any()
+
+
+def test_a_lamp_that_lights_only_what_scatters_nothing_is_out_of_reach():
+    """A glowing sheet behind the lamps, as of a backdrop, is no receiver; a black one neither."""
+    data = scene(wall="Black", pane="Glow", lamps=["Spot", "Area"])
+    away = turned(LAMPS["Spot"], np.diag([1.0, -1.0, -1.0]), 4.5)
+    data.instances[2].matrix[2, 3] = 6.0
+    data.lights.append(away)
+    assert survey(data, 0.05).idle == (2,)
+    data.materials[2] = replace(data.materials[2], graph=MATERIALS["Clear"])
+    assert survey(data, 0.05).idle == (2,)
+    data.materials[2] = replace(data.materials[2], graph=MATERIALS["Half"])
+    assert survey(data, 0.05).idle == ()
+
+
+# only this picture asked for: which photons are traced, and whether eye rays are those of the pixels alone
+ALONE = [
+    ("Direct", set(), False), ("Caustic", {"caustic"}, False), ("Diffuse", {"diffuse"}, False),
+    ("Emission", set(), True), ("Environment", set(), True),
+    ("Depth", set(), True), ("Normal", set(), True), ("Albedo", set(), True),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "photons", "bare"), ALONE)
+def test_a_picture_alone_costs_its_own_work_only(name, photons, bare):
+    whole, off = render(scene(lamps=["Point"], sky=0.5), plan=False, splits=0)
+    alone, renderer = render(scene(lamps=["Point"], sky=0.5), {name}, splits=0)
+    np.testing.assert_array_equal(alone[name], whole[name])
+    assert alone[name].any() or name == "Emission"  # of a point nothing is seen
+    counts = renderer.statistics
+    assert set(counts["photons"]) == photons and set(counts["rays"]) == {"eye", *photons}
+    pixels, seen = 12 * 12, counts["rays"]["eye"]
+    if name in ("Depth", "Normal", "Albedo"):
+        assert seen == pixels and (renderer.pilot.footprint, renderer.plan.mirrors.runs) == (0.0, False)
+    elif bare:
+        assert pixels < seen < 2 * pixels  # through the pane
+    assert seen < off.statistics["rays"]["eye"]
 
 
 def test_off_runs_everything_that_can_run():
