@@ -12,13 +12,15 @@ from __future__ import annotations
 
 import functools
 
-from numba.core import config, sigutils, types
 from numba.core import event as numba_event
+from numba.core import sigutils, types
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import CPUDispatcher
 from numba.core.typing import make_concrete_template
+
+from .kernel_cache import KernelCache
 
 
 def plain_type(given):
@@ -133,12 +135,7 @@ class Kernel:
             with global_compiler_lock:
                 if self._entry is None:
                     entry = CPUDispatcher(self.py_func, {}, self._options, _EntryCompiler)
-                    before = config.CACHE_DIR
-                    config.CACHE_DIR = str(self._cache_folder(self.py_func))
-                    try:
-                        entry.enable_caching()
-                    finally:
-                        config.CACHE_DIR = before
+                    entry._cache = KernelCache(self.py_func, self._cache_folder(self.py_func))
                     self._entry = entry
         return self._entry
 

@@ -207,7 +207,7 @@ def test_renders_when_installed(installed, site):
     assert (pixels >= 0).all() and (pixels < 1e3).all()
 
     assert files(extension) == before, "an extension must not write into its own folder"
-    assert list(Path(answer["cache"]).rglob("*.nbi")), "the compiled kernels were not kept"
+    assert list(Path(answer["cache"]).rglob("*.nbc")), "the compiled kernels were not kept"
 
 
 def test_disables_enables_again_and_uninstalls(installed, site):

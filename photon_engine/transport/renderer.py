@@ -18,6 +18,7 @@ from ..film.passes import ALL_NAMES
 from ..geometry.kept import Kept
 from ..issues import IssueLog, log
 from ..jit import compile_seconds
+from ..kernel_cache import KernelCache
 from ..photons.batch import Deposits
 from ..photons.map import PhotonMap, build_map
 from ..photons.radius import radius_factor
@@ -141,8 +142,14 @@ class Renderer:
         self.statistics["rays"]["eye"] = self.statistics["rays"].get("eye", 0) + rays
 
     def close(self) -> None:
-        """Let the threads go."""
+        """Let the threads go; say if what was compiled could not be kept for the next start."""
         self._pool.shutdown(wait=True, cancel_futures=True)
+        if KernelCache.failed is not None and not KernelCache.told:
+            KernelCache.told = True
+            self.issues.warn(
+                "kernels", f"what was compiled cannot be kept ({KernelCache.failed}): each start takes a minute longer",
+                "set PHOTON_MAP_CACHE to a folder that can be written",
+            )  # fmt: skip
 
     @property
     def plan(self) -> Plan:

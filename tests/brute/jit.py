@@ -6,6 +6,7 @@ from pathlib import Path
 import numba
 
 from photon_engine.jit import FASTMATH, cache_root
+from photon_engine.kernel_cache import KernelCache
 
 HERE = Path(__file__).resolve().parent
 DIGEST = hashlib.sha256(b"".join(p.read_bytes() for p in sorted(HERE.glob("*.py")))).hexdigest()[:16]
@@ -13,9 +14,6 @@ DIGEST = hashlib.sha256(b"".join(p.read_bytes() for p in sorted(HERE.glob("*.py"
 
 def kernel(function):
     """Compile a function: no GIL, cached, NaN kept; a change in any file of this folder makes a new cache."""
-    before = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(cache_root() / f"brute_{DIGEST}")
-    try:
-        return numba.njit(nogil=True, cache=True, fastmath=FASTMATH, error_model="numpy")(function)
-    finally:
-        numba.config.CACHE_DIR = before
+    compiled = numba.njit(nogil=True, fastmath=FASTMATH, error_model="numpy")(function)
+    compiled._cache = KernelCache(function, cache_root() / f"brute_{DIGEST}")
+    return compiled
