@@ -31,6 +31,7 @@ from .layout import (
     ROUGHNESS,
     THIN,
 )
+from .microfacet import NEARLY_ONE
 from .tables import dielectric_share, glass_albedo, schlick_share_5, white_albedo
 from .thinfilm import film_fresnel, film_glass
 
@@ -110,8 +111,8 @@ def multiscatter(rows, row, k, mu, eta):
     if rows.params[row, k, MULTISCATTER] != 1.0 or not (kind == REFLECT or kind == GLASS or kind == THIN):
         return 1.0, ONE
     rough = float(rows.params[row, k, ROUGHNESS])
-    if rough < 0.01:
-        return 1.0, ONE  # a mirror (DELTA_ALPHA) loses nothing
+    if rough < 0.01 or (kind == GLASS and abs(float(rows.params[row, k, IOR]) - 1.0) < NEARLY_ONE):
+        return 1.0, ONE  # a mirror (DELTA_ALPHA) loses nothing, nor does what bends nothing
     if kind == REFLECT:
         e, mean = white_albedo(rough, mu)
         f = average_fresnel(rows, row, k)

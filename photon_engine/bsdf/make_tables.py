@@ -1,7 +1,9 @@
 """Write tables.npz: directional albedos of GGX by quadrature.  python -m photon_engine.bsdf.make_tables
 
 The grids are those of Blender's renderer, so that interpolation between their points errs alike; the numbers are
-integrated here. Print the checksum and put it into tables.py.
+integrated here. One row is another: for glass of index 1 it is the limit from above, where facets still mask what
+goes straight through them. Blender has 1 there, and its rough glass of an index below 1.009 is up to 17% dark.
+Print the checksum and put it into tables.py.
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ from scipy.interpolate import CubicSpline
 
 from ..jit import kernel
 from .fresnel import fresnel_dielectric, schlick_share
-from .microfacet import NEARLY_ONE, ggx_lambda, sample_vndf
+from .microfacet import ggx_lambda, sample_vndf
 from .observer import FILM_POINTS, FILM_STEP, OBSERVER, XYZ_TO_RGB
 
 MODE_WHITE = 0  # E of a perfectly reflecting GGX
@@ -47,8 +49,6 @@ def facet_value(wo, h, eta, alpha2, mode):
         if mode == 0:
             return value
         value *= fresnel
-    if mode == 1 and abs(eta - 1.0) < NEARLY_ONE:
-        return 1.0  # straight through, whatever the facet
     if mode == 1 and fresnel < 1.0:
         down = (c / eta - cos_t) * h[2] - wo[2] / eta
         if down < 0.0 or eta < 1.0:  # Blender's table keeps what a tilted facet bends back up, its sampler does not

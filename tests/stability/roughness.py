@@ -73,10 +73,10 @@ for roughness in (0.0, 5e-3, 0.0101):
     _no_threshold(roughness, short=roughness == 5e-3)
 
 
-def _weak(index: float, roughness: float, known: str = "", short: bool = False) -> None:
+def _weak(index: float, roughness: float, short: bool = False) -> None:
     name = f"rough glass {roughness:g} of index {index:g}"
 
-    @case("roughness", name, "bends next to nothing: a white world stays white", short, known)
+    @case("roughness", name, "bends next to nothing: a white world stays white", short)
     def check() -> Finding:
         glass = s.material(GLASS, 1.0, Roughness=roughness, IOR=index)
         scene = furnace([(s.sphere((0, 0, 0), 1.0, 48), glass)])
@@ -86,4 +86,5 @@ def _weak(index: float, roughness: float, known: str = "", short: bool = False) 
 _weak(1.0, 0.3, short=True)
 _weak(1.0001, 0.3)
 _weak(1.01, 0.3)
-_weak(1.001, 1.0, "(known: the tables of lost energy, as Blender's, have no point between the indices 1 and 1.009)")
+for index in (1.0002, 1.001, 1.003, 1.006, 0.999):
+    _weak(index, 1.0, short=index == 1.001)
