@@ -3,6 +3,10 @@
 Densities are those of whole photon lines: per m^2 across the line and sr (area lamps, meshes: per m^2 of the emitter
 and sr; points: per sr; suns: per m^2 and, for their direction, per sr of the disk), so that the densities of several
 overlapping spheres add up to a mixture [Veach and Guibas 1995; physics of projection maps: Jensen 1996].
+
+A lamp whose own beam (a spot's cone, an area lamp's spread, a bundle of parallel rays) is narrower than what a sphere
+fills is drawn from by that beam, and what passes the sphere by is dropped: of a laser's photons toward a large mirror
+none would start on the laser otherwise.
 """
 
 from __future__ import annotations
@@ -12,8 +16,9 @@ import math
 from ..jit import inlined
 from ..sampling.warps import INV_4PI, one_minus_cos, square_to_cone, square_to_disk, square_to_sphere
 from ..vec import add, dot, load3, madd, scale, sub, to_world
-from .emit import disk_point, distant_direction
-from .table import DELTA
+from .area import area_gain
+from .emit import area_direction, disk_point, distant_direction, round_direction, round_direction_pdf_w, round_disk
+from .table import DELTA, FOCUSED, SPOT
 
 FAR = 1.5  # lamp and sphere must be this much farther apart than their radii touch, to aim from a disk between
 
@@ -40,6 +45,52 @@ def toward_pdf_w(o, center, radius, d):
     # 1 - cos of the angle to the axis, from the chord between the unit vectors
     chord = sub(d, scale(r, 1.0 / math.sqrt(d2)))
     return 1.0 / (2.0 * math.pi * h) if 0.5 * dot(chord, chord) <= h else 0.0
+
+
+@inlined
+def filled(o, center, radius):
+    """1 - cos of the half angle that a sphere fills seen from o; 2 from inside."""
+    r = sub(center, o)
+    d2 = dot(r, r)
+    return 2.0 if d2 <= radius * radius else one_minus_cos(radius * radius / d2)
+
+
+@inlined
+def spot_is_narrower(lights, l, center, radius):
+    """Whether l is a spot whose cone is narrower than what the sphere fills."""
+    return lights.kind[l] == SPOT and 1.0 - lights.cone[l, 0] < filled(load3(lights.position, l), center, radius)
+
+
+@inlined
+def spread_is_narrower(lights, l, o, center, radius):
+    """Whether l is an area lamp whose spread is narrower than what the sphere fills seen from its point o."""
+    if not lights.flags[l] & FOCUSED:
+        return False
+    return 1.0 - math.sqrt(max(0.0, 1.0 - lights.cone[l, 2])) < filled(o, center, radius)
+
+
+@inlined
+def area_toward(lights, l, o, center, radius, u0, u1):
+    """Direction from the point o of an area lamp with a width, toward a sphere or within the lamp's spread."""
+    if spread_is_narrower(lights, l, o, center, radius):
+        return area_direction(lights, l, u0, u1)
+    return toward(o, center, radius, u0, u1)
+
+
+@inlined
+def area_toward_pdf_w(lights, l, o, center, radius, d):
+    """Density of `area_toward` in solid angle, of directions that meet the sphere; 0 of others."""
+    cone = toward_pdf_w(o, center, radius, d)
+    if cone == 0.0 or not spread_is_narrower(lights, l, o, center, radius):
+        return cone
+    cosine = dot(d, load3(lights.normal, l))
+    return cosine / (math.pi * lights.cone[l, 2]) if area_gain(lights, l, cosine) > 0.0 else 0.0
+
+
+@inlined
+def beam_line_pdf(lights, l, center, radius, x, d):
+    """Density of a line of parallel rays, drawn from the sphere's disk or the lamp, whichever is smaller, per m^2."""
+    return max(disk_line_pdf(center, radius, x, d), 1.0 / lights.size[l, 2]) if crosses(x, d, center, radius) else 0.0
 
 
 @inlined
@@ -70,6 +121,9 @@ def gate(lights, l, center, radius):
 def round_line(lights, l, center, radius, u0, u1, u2, u3):
     """A line from a point or spot lamp toward a sphere: (x, d), x any point of it; covers all lines between them."""
     position = load3(lights.position, l)
+    if spot_is_narrower(lights, l, center, radius):
+        d, _ = round_direction(lights, l, u2, u3)
+        return disk_point(position, lights.size[l, 0], d, u0, u1), d
     if lights.flags[l] & DELTA:
         return position, toward(position, center, radius, u2, u3)
     opening, axis, _ = gate(lights, l, center, radius)
@@ -83,8 +137,13 @@ def round_line(lights, l, center, radius, u0, u1, u2, u3):
 
 @inlined
 def round_line_pdf(lights, l, center, radius, x, d):
-    """Density of `round_line` for the line (x, d), per m^2 across it and sr; for a point: per sr."""
+    """Density of `round_line` for the line (x, d) that meets the sphere, per m^2 across it and sr; a point: per sr."""
     position = load3(lights.position, l)
+    if spot_is_narrower(lights, l, center, radius):
+        ahead = dot(sub(center, position), d) > -radius
+        if not ahead or not crosses(x, d, center, radius):
+            return 0.0
+        return round_direction_pdf_w(lights, l, d) / round_disk(lights, l)
     if lights.flags[l] & DELTA:
         return toward_pdf_w(position, center, radius, d)
     opening, axis, _ = gate(lights, l, center, radius)

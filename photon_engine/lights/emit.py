@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 
-from ..geometry.surface import offset_origin
 from ..jit import inlined
 from ..sampling.warps import (
     square_to_cone,
@@ -19,8 +18,8 @@ from ..sampling.warps import (
 from ..vec import add, cross, dot, load3, madd, normalize, scale, sub, to_world
 from .area import area_gain, area_point
 from .beams import radiance_along
-from .mesh import mesh_origin, triangle_radiance
-from .round import transform
+from .mesh import leave_mesh, mesh_origin, triangle_radiance
+from .round import spot_falloff, transform
 from .sky_sample import map_sample
 from .table import AREA, DELTA, ELLIPSE, FOCUSED, MESH, SOFT, SPOT, SUN, WORLD
 
@@ -108,7 +107,19 @@ def round_direction(lights, l, u0, u1):
     c, s = turn(u1)
     local = (sine * c, sine * s, h - 1.0)
     d = normalize(transform(lights.to_world, l, local))
-    return d, 2.0 * math.pi * (1.0 - cos_half) * total / spot_jacobian(lights, l, d)
+    return d, spot_integral(lights, l) / spot_jacobian(lights, l, d)
+
+
+@inlined
+def spot_integral(lights, l):
+    """A spot's falloff over all directions of its own space [sr]."""
+    return 2.0 * math.pi * (1.0 - lights.cone[l, 0]) * (1.0 - 0.5 * lights.cone[l, 1])
+
+
+@inlined
+def round_direction_pdf_w(lights, l, d):
+    """Density of a spot's `round_direction` in solid angle."""
+    return spot_falloff(lights, l, d) * spot_jacobian(lights, l, d) / spot_integral(lights, l)
 
 
 @inlined
@@ -199,12 +210,19 @@ def _emit_area(lights, l, u0, u1, u2, u3):
     if lights.flags[l] & DELTA:
         return o, normal, scale(radiance_along(lights, l, normal), area)
     sine2 = lights.cone[l, 2] if lights.flags[l] & FOCUSED else 1.0
-    x, y = square_to_disk(u2, u3)
+    d = area_direction(lights, l, u2, u3)
+    gain = math.pi * sine2 * area * area_gain(lights, l, dot(normal, d))
+    return o, d, scale(radiance_along(lights, l, d), gain)
+
+
+@inlined
+def area_direction(lights, l, u0, u1):
+    """Direction from an area lamp, cosine-weighted within its spread."""
+    sine2 = lights.cone[l, 2] if lights.flags[l] & FOCUSED else 1.0
+    x, y = square_to_disk(u0, u1)
     s = math.sqrt(sine2)
     cosine = math.sqrt(max(0.0, 1.0 - sine2 * (x * x + y * y)))
-    d = to_world((s * x, s * y, cosine), normal)
-    gain = math.pi * sine2 * area * area_gain(lights, l, cosine)
-    return o, d, scale(radiance_along(lights, l, d), gain)
+    return to_world((s * x, s * y, cosine), load3(lights.normal, l))
 
 
 @inlined
@@ -214,5 +232,5 @@ def _emit_mesh(lights, u0, u1, u2, u3):
     back = u2 >= 0.5
     local = square_to_cosine_hemisphere(2.0 * u2 - (1.0 if back else 0.0), u3)
     d = to_world(local, scale(normal, -1.0) if back else normal)
-    o = offset_origin(o, normal, d, lights.radius)
+    o = leave_mesh(lights, m, o, normal, d)
     return o, d, scale(triangle_radiance(lights, m), 2.0 * math.pi / density), m

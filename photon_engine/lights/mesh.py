@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from ..geometry.surface import half_extent, offset_origin
 from ..jit import inlined
 from ..sampling.warps import square_to_triangle
 from ..vec import add, cross, dot, load3, normalize, scale, sub
@@ -48,6 +49,12 @@ def place_on(lights, m, p):
     x, y = dot(r, e1), dot(r, e2)
     u = min(max((c * x - b * y) / det, 0.0), 1.0)
     return u, min(max((a * y - b * x) / det, 0.0), 1.0 - u)
+
+
+@inlined
+def leave_mesh(lights, m, p, normal, w):
+    """Origin of a photon that leaves the point p of emissive triangle m along w."""
+    return offset_origin(p, normal, w, half_extent((0.0, 0.0, 0.0), load3(lights.tri_e1, m), load3(lights.tri_e2, m)))
 
 
 @inlined

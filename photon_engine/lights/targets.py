@@ -2,20 +2,33 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
-from ..geometry.surface import offset_origin
 from ..jit import inlined, kernel
 from ..sampling.sobol import sobol
 from ..sampling.warps import square_to_disk
 from ..vec import dot, load3, luminance, madd, mul, scale, sub
-from .aim import disk_line_pdf, distant_line, round_line, round_line_pdf, toward, toward_pdf_w
+from .aim import (
+    area_toward,
+    area_toward_pdf_w,
+    beam_line_pdf,
+    crosses,
+    disk_line_pdf,
+    distant_line,
+    round_line,
+    round_line_pdf,
+    spot_is_narrower,
+    spread_is_narrower,
+    toward,
+    toward_pdf_w,
+)
 from .area import area_gain, area_inside, area_local, area_point
 from .beams import radiance_along
 from .emit import area_origin, from_outside, round_surface
-from .mesh import mesh_origin, triangle_radiance
+from .mesh import leave_mesh, mesh_origin, triangle_radiance
 from .round import spot_falloff
 from .select import pick
 from .table import AREA, DELTA, MESH, SUN, WORLD, LightTable, make_cdf
@@ -132,7 +145,12 @@ def emit_aimed(lights, targets, l, u_pick, u0, u1, u2, u3):
     gain = spot_falloff(lights, l, d)
     if gain == 0.0 or dot(off, off) > lights.size[l, 0] * lights.size[l, 0]:
         return o, d, BLACK, -1
-    gain /= round_mixture(lights, targets, l, o, d)
+    if spot_is_narrower(lights, l, center, radius) and round_line_pdf(lights, l, center, radius, o, d) == 0.0:
+        return o, d, BLACK, -1  # its beam misses the target
+    density = round_mixture(lights, targets, l, o, d)
+    if density <= 0.0:  # rounding left the target
+        return o, d, BLACK, -1
+    gain /= density
     return round_surface(lights, l, o, d), d, scale(radiance_along(lights, l, d), gain), -1
 
 
@@ -161,6 +179,25 @@ def disk_mixture(targets, l, x, d):
 
 
 @inlined
+def area_mixture(lights, targets, l, o, d):
+    """Density [1/sr] of direction d from the point o of an area lamp over all targets."""
+    total = 0.0
+    for c in range(targets.radius.shape[0]):
+        density = area_toward_pdf_w(lights, l, o, load3(targets.center, c), targets.radius[c], d)
+        total += share(targets, l, c) * density
+    return total
+
+
+@inlined
+def beam_mixture(lights, targets, l, x, d):
+    """Density [1/m^2] of the line (x, d) of parallel rays over all targets."""
+    total = 0.0
+    for c in range(targets.radius.shape[0]):
+        total += share(targets, l, c) * beam_line_pdf(lights, l, load3(targets.center, c), targets.radius[c], x, d)
+    return total
+
+
+@inlined
 def round_mixture(lights, targets, l, x, d):
     """Density of the line (x, d) of a point or spot lamp over all targets, as `aim.round_line_pdf`."""
     total = 0.0
@@ -176,22 +213,36 @@ def _aimed_area(lights, targets, l, c, u0, u1, u2, u3):
     radius = targets.radius[c]
     normal = load3(lights.normal, l)
     if lights.flags[l] & DELTA:
-        x, y = square_to_disk(u0, u1)
-        a, b, height = area_local(lights, l, center)
-        a += radius * x
-        b += radius * y
-        o = area_point(lights, l, a, b)
-        if height + radius < 0.0 or not area_inside(lights, l, a, b):
-            return o, normal, BLACK
-        return o, normal, scale(radiance_along(lights, l, normal), 1.0 / disk_mixture(targets, l, o, normal))
+        return _aimed_beam(lights, targets, l, c, u0, u1)
     o = area_origin(lights, l, u0, u1)
-    d = toward(o, center, radius, u2, u3)
+    d = area_toward(lights, l, o, center, radius, u2, u3)
     cosine = dot(normal, d)
     gain = area_gain(lights, l, cosine)
-    if gain == 0.0:
+    density = area_mixture(lights, targets, l, o, d)
+    missed = spread_is_narrower(lights, l, o, center, radius) and toward_pdf_w(o, center, radius, d) == 0.0
+    if gain == 0.0 or missed or density <= 0.0:
         return o, d, BLACK
-    gain *= cosine * lights.size[l, 2] / cone_mixture(targets, l, o, d)
-    return o, d, scale(radiance_along(lights, l, d), gain)
+    return o, d, scale(radiance_along(lights, l, d), gain * cosine * lights.size[l, 2] / density)
+
+
+@inlined
+def _aimed_beam(lights, targets, l, c, u0, u1):
+    """Parallel rays: from a point of the lamp, or of target c's disk in the lamp's plane, whichever is smaller."""
+    center, radius = load3(targets.center, c), targets.radius[c]
+    normal = load3(lights.normal, l)
+    x, y, height = area_local(lights, l, center)
+    if lights.size[l, 2] < math.pi * radius * radius:
+        o = area_origin(lights, l, u0, u1)
+        lit = crosses(o, normal, center, radius)
+    else:
+        a, b = square_to_disk(u0, u1)
+        a, b = x + radius * a, y + radius * b
+        o = area_point(lights, l, a, b)
+        lit = area_inside(lights, l, a, b)
+    density = beam_mixture(lights, targets, l, o, normal) if lit else 0.0  # 0 too where rounding leaves the disk
+    if height + radius < 0.0 or density <= 0.0:
+        return o, normal, BLACK
+    return o, normal, scale(radiance_along(lights, l, normal), 1.0 / density)
 
 
 @inlined
@@ -200,7 +251,7 @@ def _aimed_mesh(lights, targets, l, c, u0, u1, u2, u3):
     m, o, normal, density = mesh_origin(lights, u0, u1)
     d = toward(o, load3(targets.center, c), targets.radius[c], u2, u3)
     gain = abs(dot(normal, d)) / (density * cone_mixture(targets, l, o, d))
-    return offset_origin(o, normal, d, lights.radius), d, scale(triangle_radiance(lights, m), gain), m
+    return leave_mesh(lights, m, o, normal, d), d, scale(triangle_radiance(lights, m), gain), m
 
 
 @kernel

@@ -55,6 +55,31 @@ def test_a_small_glass_in_a_big_room_gets_its_photons():
     assert mean[0] < 0.3 * mean[1], "most photons hit"
 
 
+NARROW = {
+    "laser": lamp("AREA", frame((0.2, 0.1, 2.0), (0.2, 0.0, 0.0)), size=(0.02, 0.02), spread=0.0),
+    "searchlight": lamp("AREA", frame((0.2, 0.1, 2.0)), size=(0.1, 0.1), spread=0.02),
+    "needle spot": lamp("SPOT", frame((0.2, 0.1, 2.0)), spot_size=0.02, spot_blend=0.5),
+    "soft needle spot": lamp("SPOT", frame((0.2, 0.1, 2.0)), spot_size=0.02, spot_blend=0.5, radius=0.05),
+}
+
+
+@pytest.mark.parametrize("name", NARROW)
+def test_a_beam_narrower_than_its_target_brings_all_its_flux(name):
+    """By few photons: drawn from the target's sphere, one in a thousand would start within the beam."""
+    lights = table([NARROW[name]])
+    targets = build_targets(lights, CENTERS * 0.5, RADII * 2.0)
+    mean, error = regions(lights, targets, True, 4000)
+    whole, spread = regions(lights, targets, False, 40_000)
+    assert_same([x[1:] for x in (whole, spread)], [x[1:] for x in (mean, error)], floor=1e-3 * lights.flux[0, 0])
+    assert mean[1:].sum() == pytest.approx(whole[1:].sum(), rel=0.05)
+    assert np.sqrt((error[1:] ** 2).sum()) < 0.05 * mean[1:].sum()
+
+
+def test_a_beam_that_misses_all_targets_has_no_flux_into_them():
+    away = lamp("AREA", frame((0.2, 3.0, 2.0), (0.2, 3.0, 0.0)), size=(0.02, 0.02), spread=0.0)
+    assert not build_targets(table([away, NARROW["laser"]]), CENTERS, RADII).flux[0].any()
+
+
 def test_light_choice_follows_the_flux_into_the_targets():
     lights = table([LAMPS["point"], LAMPS["square"], LAMPS["sun"]], EMITTERS, WORLD)
     targets = build_targets(lights, CENTERS, RADII)
