@@ -34,7 +34,6 @@ class Flattened:
     origin: np.ndarray  # (3,) f64, subtracted from world positions
     center: np.ndarray  # (3,) f64, recentred bounding sphere
     radius: float
-    reach: float  # half the longest side of a triangle's box: a point's vertices lie no farther than twice that [m]
     first_triangle: np.ndarray  # (I + 1,) i64, triangles [first[i], first[i+1]) belong to instance i
     mirrored: np.ndarray  # (I,) bool, corners 1 and 2 are swapped
 
@@ -51,7 +50,7 @@ def flatten(scene: SceneData, issues: IssueLog) -> Flattened:
     used = geometry.positions[geometry.triangles.ravel()] if len(geometry.triangles) else geometry.positions
     center, radius = bounding_sphere(used)
     mirrored = np.array([np.linalg.det(item.matrix[:3, :3]) < 0.0 for item in scene.instances], bool)
-    return Flattened(geometry, origin, center, radius, triangle_reach(geometry), np.cumsum(counts), mirrored)
+    return Flattened(geometry, origin, center, radius, np.cumsum(counts), mirrored)
 
 
 def scene_middle(scene: SceneData) -> np.ndarray:
@@ -78,15 +77,6 @@ def scene_middle(scene: SceneData) -> np.ndarray:
     order = np.argsort(values, axis=0, kind="stable")
     half = np.argmax(np.cumsum(weight[order], axis=0) >= 0.5 * weight.sum(), axis=0)
     return values[order[half, np.arange(3)], np.arange(3)]
-
-
-def triangle_reach(geometry: Geometry) -> float:
-    """Half the longest side of the box around a triangle; 1 without triangles."""
-    most = 0.0
-    for first in range(0, len(geometry.triangles), 1 << 18):  # in parts, so that little memory is needed
-        corner = geometry.positions[geometry.triangles[first : first + (1 << 18)]]
-        most = max(most, float((corner.max(axis=1) - corner.min(axis=1)).max()))
-    return 0.5 * most if most > 0.0 else 1.0
 
 
 def bounding_sphere(points: np.ndarray) -> tuple[np.ndarray, float]:

@@ -76,10 +76,28 @@ def unit_or(n, other):
 
 
 @kernel
-def offset_origin(p, ng, w, reach):
-    """Origin of a ray that leaves p along w, moved off the surface by the rounding error of p.
+def half_extent(a, b, c):
+    """Half the longest side of the box around the triangle a, b, c."""
+    x = max(a[0], max(b[0], c[0])) - min(a[0], min(b[0], c[0]))
+    y = max(a[1], max(b[1], c[1])) - min(a[1], min(b[1], c[1]))
+    z = max(a[2], max(b[2], c[2])) - min(a[2], min(b[2], c[2]))
+    return 0.5 * max(x, max(y, z))
 
-    reach : flatten.triangle_reach: the vertices, whose rounding p carries, lie within |p| and twice that.
+
+@kernel
+def leave(geometry, prim, p, ng, w):
+    """Origin of a ray that leaves the point p of triangle `prim` along w."""
+    a, b, c = corners(geometry, prim)
+    return offset_origin(p, ng, w, half_extent(a, b, c))
+
+
+@kernel
+def offset_origin(p, ng, w, reach):
+    """Origin of a ray that leaves p along w, moved off the surface by the rounding errors that could bring it back.
+
+    reach : `half_extent` of the triangle of p. The origin is stored in single precision, by which it errs as |p| does;
+    Embree takes the corners relative to the origin, by which the triangle's plane errs as its size does. Not the size
+    of others: beside a floor of 100 m a pane of glass may be a hair thin.
     """
     size = max(abs(p[0]), max(abs(p[1]), abs(p[2])))
     step = math.copysign(RELATIVE_OFFSET * max(size, 0.125 * reach), dot(w, ng))

@@ -40,16 +40,20 @@ def spread_touching(flat: Flattened, refracts: np.ndarray) -> Flattened:
     bodies = bodies_of(geometry)
     faces = _faces(geometry, bodies[geometry.triangles[:, 0]])
     away = np.abs(faces.corner).max(axis=1)  # far things have long steps, near ones must not
-    pairs = touching_pairs(faces, refracts, RELATIVE_OFFSET * max(float(np.median(away[refracts])), 0.125 * flat.reach))
-    levels = _levels(pairs, set(faces.body[refracts].tolist()))
+    reach = 0.5 * (faces.high - faces.low).max(axis=1)
+    same_plane = RELATIVE_OFFSET * max(float(np.median(away[refracts])), 0.125 * float(reach.max()))
+    near = _neighbours(touching_pairs(faces, refracts, same_plane))
+    levels = _levels(near, set(faces.body[refracts].tolist()))
     if not levels:
         return flat
     positions = geometry.positions.copy()
     order = np.argsort(faces.body, kind="stable")
+    runs = {body: order[slice(*np.searchsorted(faces.body, [body, body + 1], sorter=order))] for body in near}
     for body, level in levels.items():
-        mine = order[slice(*np.searchsorted(faces.body, [body, body + 1], sorter=order))]
+        mine = runs[body]
         corners = geometry.triangles[mine]
-        step = RELATIVE_OFFSET * max(float(away[mine].max()), 0.125 * flat.reach)
+        widest = max(float(reach[runs[other]].max()) for other in (body, *near[body]))  # rays leave either
+        step = RELATIVE_OFFSET * max(float(away[mine].max()), 0.125 * widest)
         vertices, local = np.unique(corners, return_inverse=True)
         way = outward(local.reshape(-1, 3), faces.normal[mine], len(vertices))
         positions[vertices] = (positions[vertices] + level * STEPS * step * way).astype(np.float32)
@@ -135,12 +139,17 @@ def _runs(values: np.ndarray) -> list[tuple[int, int]]:
     return list(zip(starts[several].tolist(), ends[several].tolist(), strict=True))
 
 
-def _levels(pairs: set[tuple[int, int]], refracting: set[int]) -> dict[int, int]:
-    """How many hairs each body grows: refracting ones differ from all they touch, the others stay as they are."""
+def _neighbours(pairs: set[tuple[int, int]]) -> dict[int, set[int]]:
+    """Which bodies each body touches."""
     near: dict[int, set[int]] = {}
     for a, b in pairs:
         near.setdefault(a, set()).add(b)
         near.setdefault(b, set()).add(a)
+    return near
+
+
+def _levels(near: dict[int, set[int]], refracting: set[int]) -> dict[int, int]:
+    """How many hairs each body grows: refracting ones differ from all they touch, the others stay as they are."""
     levels: dict[int, int] = dict.fromkeys(near.keys() - refracting, 0)
     for body in sorted(near.keys() & refracting):
         taken = {levels[other] for other in near[body] if other in levels}

@@ -10,7 +10,7 @@ import numpy as np
 from ..bsdf.layout import CLASS_ROUGH
 from ..bsdf.split import straight_through
 from ..bsdf.surface import eval_rough, prepare, sample
-from ..geometry.surface import offset_origin, surface_point
+from ..geometry.surface import leave, surface_point
 from ..geometry.terminator import lift
 from ..jit import kernel
 from ..lights.mesh import place_on
@@ -171,7 +171,7 @@ def _start(laws, surfaces, i, point, wo, wi, distance):
         distance = length(to_light)
         wi = scale(to_light, 1.0 / distance)
     lit = math.copysign(1.0, dot(ns, wi) * dot(ns, ng))
-    return offset_origin(o, ng, scale(ng, lit), laws.reach), wi, distance
+    return leave(surfaces.geometry, prim, o, ng, scale(ng, lit)), wi, distance
 
 
 @kernel
@@ -206,7 +206,7 @@ def attenuate_shadows(laws, surfaces, rays, casts):
             light = (light[0] * through[0], light[1] * through[1], light[2] * through[2])
         if max3(light) <= 0.0:
             continue
-        store3(rays.o, alive, offset_origin(p, ng, d, laws.reach))
+        store3(rays.o, alive, leave(surfaces.geometry, prim, p, ng, d))
         store3(rays.d, alive, d)
         rays.t_max[alive] = rays.t_max[i] - surfaces.t[i]
         store3(rays.light, alive, light)
@@ -249,7 +249,7 @@ def sample_lobes(laws, surfaces, points, gathers, lobes, paths):
                 f, _ = eval_rough(rows, row, ns, ng, wo, wi, scratch)
                 s = abs(dot(ns, wi)) / pdf_w
                 gather = (beta[0] * f[0] * s, beta[1] * f[1] * s, beta[2] * f[2] * s)
-        store3(paths.o, count, offset_origin(p, ng, wi, laws.reach))
+        store3(paths.o, count, leave(surfaces.geometry, surfaces.prim[i], p, ng, wi))
         store3(paths.d, count, wi)
         store3(paths.beta, count, out)
         store3(paths.gather, count, gather)

@@ -10,7 +10,7 @@ from ..bsdf.split import is_fork, sample_side, sides, straight_through
 from ..bsdf.surface import emission, prepare, sample
 from ..camera.rays import generate_ray
 from ..film.passes import BACKGROUND_DEPTH
-from ..geometry.surface import offset_origin, surface_point
+from ..geometry.surface import leave, surface_point
 from ..jit import kernel
 from ..lights.sample import lamps_along_ray, suns_along_ray, world_radiance
 from ..sampling.rng import DIMENSIONS_PER_BOUNCE, path_key, uniform
@@ -353,7 +353,7 @@ def _go_on(laws, surfaces, paths, i, frame, way, onward, to):
     p, _, ng, wo = frame
     cls, wi, eta, beta, guided, smooth = way
     # no wider than the scene: along dozens of reflections in curved glass footprints grow without end
-    width = min(_width(surfaces, paths, i), laws.reach)
+    width = min(_width(surfaces, paths, i), laws.radius)
     spread = float(paths.spread[i])
     if cls == CLASS_SHARP:
         turn = normal_spread(surfaces.geometry, surfaces.prim[i])
@@ -375,7 +375,7 @@ def _go_on(laws, surfaces, paths, i, frame, way, onward, to):
         reflected = dot(ng, wo) * dot(ng, wi) > 0.0
         straight = cls == CLASS_NULL
         onward.trail[to] = passed(paths.trail[i]) if straight else bounced(paths.trail[i], kind, reflected)
-    store3(onward.o, to, offset_origin(p, ng, wi, laws.reach))
+    store3(onward.o, to, leave(surfaces.geometry, surfaces.prim[i], p, ng, wi))
     store3(onward.d, to, wi)
     # refraction scales radiance by 1 / eta^2 [Veach 1997, 5.2]
     store3(onward.beta, to, scale(beta, 1.0 / (eta * eta)))

@@ -12,7 +12,7 @@ from ..bsdf.layout import COLOR_A, GLASS
 from ..bsdf.layout import IOR as IOR_FIELD
 from ..bsdf.reflect import reflect_fresnel
 from ..bsdf.rough import EPSILON
-from ..geometry.surface import offset_origin, unit_or
+from ..geometry.surface import unit_or
 from ..jit import kernel
 from ..photons.batch import SEEN_SHARP
 from ..sampling.rng import DIMENSIONS_PER_BOUNCE, uniform
@@ -34,9 +34,9 @@ from .matte_kernels import (
     WO,
     N,
     O,
-    P,
     get,
     launch,
+    leave_lane,
     put,
 )
 from .media import after_surface
@@ -83,7 +83,7 @@ def turn_normals(lanes, index, surfaces):
 
 
 @kernel
-def bend(lanes, reach, bounce):
+def bend(lanes, bounce):
     """Next rays, mirrored or refracted by chance as Fresnel's formula has it: directions, flux, origins."""
     x = lanes.value
     dim = (bounce + 1) * DIMENSIONS_PER_BOUNCE
@@ -115,7 +115,7 @@ def bend(lanes, reach, bounce):
         x[GOES_ON + j] = 1.0 if ok & survives else 0.0
         put(x, OUT, j, out)
         put(x, WI, j, wi)
-        put(x, O, j, offset_origin(get(x, P, j), ng, wi, reach))
+        put(x, O, j, leave_lane(x, j, ng, wi))
 
 
 @kernel

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..bsdf.layout import WEIGHT
 from ..bsdf.matte import sample_lambert
-from ..geometry.surface import between, face_normal, mixed_normal, offset_origin, unit_or
+from ..geometry.surface import between, face_normal, half_extent, mixed_normal, offset_origin, unit_or
 from ..jit import inlined, kernel
 from ..photons.batch import ONE_ROUGH
 from ..photons.packing import pack_direction, pack_facet
@@ -77,6 +77,12 @@ def put(x, column, j, v):
     x[column + j] = v[0]
     x[column + LANES + j] = v[1]
     x[column + 2 * LANES + j] = v[2]
+
+
+@inlined
+def leave_lane(x, j, ng, w):
+    """Origin of a ray that leaves the point of lane j along w."""
+    return offset_origin(get(x, P, j), ng, w, half_extent(get(x, A, j), get(x, B, j), get(x, C, j)))
 
 
 @kernel
@@ -159,7 +165,7 @@ def encode(lanes):
 
 
 @kernel
-def scatter(lanes, reach, bounce):
+def scatter(lanes, bounce):
     """Next rays: directions, flux after Russian roulette, origins."""
     x = lanes.value
     dim = (bounce + 1) * DIMENSIONS_PER_BOUNCE
@@ -176,7 +182,7 @@ def scatter(lanes, reach, bounce):
         x[GOES_ON + j] = 1.0 if ok & survives else 0.0
         put(x, OUT, j, out)
         put(x, WI, j, wi)
-        put(x, O, j, offset_origin(get(x, P, j), ng, wi, reach))
+        put(x, O, j, leave_lane(x, j, ng, wi))
 
 
 @kernel

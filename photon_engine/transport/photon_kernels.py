@@ -10,7 +10,7 @@ from ..bsdf.layering import is_ideal, is_lambert
 from ..bsdf.layout import CLASS_NULL, CLASS_ROUGH, CLASS_SHARP, LobeRows
 from ..bsdf.surface import prepare_any, sample_any
 from ..geometry.flatten import Geometry
-from ..geometry.surface import offset_origin, surface_point
+from ..geometry.surface import leave, surface_point
 from ..jit import inlined, kernel
 from ..lights.emit import dark_distance, emit_photon
 from ..lights.mesh import place_on
@@ -57,7 +57,7 @@ class Laws(NamedTuple):
     """Constants of a render that kernels need."""
 
     threshold: float  # roughness below which a lobe is sharp
-    reach: float  # see geometry.surface.offset_origin [m]
+    radius: float  # of the scene: no footprint is wider [m]
     max_rough: int  # a photon ends at its next rough vertex after this many
     terminator: np.ndarray  # (instances,) f32, cutoff of geometry/terminator.py
     media: Media  # what absorbs inside closed surfaces
@@ -190,7 +190,7 @@ def photon_step(laws, leg, surfaces, photons, out, deposits, stored, tally):
             encode(leg.lanes)
             stored = deposit_lanes(leg.lanes, len(index), leg.mode, deposits, stored)
         if leg.mode != CAUSTIC:
-            scatter(leg.lanes, laws.reach, leg.bounce)
+            scatter(leg.lanes, leg.bounce)
             alive, gone = launch_lanes(leg.lanes, len(index), laws.max_rough, out, alive)
             absorbed = sub(absorbed, gone)
     for first in range(0, n_ideal, LANES):
@@ -199,7 +199,7 @@ def photon_step(laws, leg, surfaces, photons, out, deposits, stored, tally):
         load_ideal(leg.lanes, index, surfaces)
         place(leg.lanes)
         turn_normals(leg.lanes, index, surfaces)
-        bend(leg.lanes, laws.reach, leg.bounce)
+        bend(leg.lanes, leg.bounce)
         alive, gone = launch_ideal(leg.lanes, index, surfaces, laws.media, out, alive)
         absorbed = sub(absorbed, gone)
     for k in range(n_other):
@@ -277,7 +277,7 @@ def _any_hit(laws, leg, surfaces, photons, i, out, alive, deposits, stored):
         return alive, stored, (0.0, 0.0, 0.0)
     if len(photons.inside):
         out.inside[alive] = after_surface(laws.media, photons.inside[i], surfaces.prim[i], dot(ng, wo), dot(ng, wi))
-    store3(out.o, alive, offset_origin(p, ng, wi, laws.reach))
+    store3(out.o, alive, leave(surfaces.geometry, surfaces.prim[i], p, ng, wi))
     store3(out.d, alive, wi)
     store3(out.phi, alive, phi)
     out.key[alive] = key

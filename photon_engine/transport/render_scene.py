@@ -88,7 +88,7 @@ class RenderScene:
         media = absorbing_media(memo, scene, self.flat, self.intersector, programs, self.lights, issues)
         memo.drop_unused()
         bounces = settings.diffuse_bounces
-        self.laws = Laws(settings.specular_threshold, self.flat.reach, bounces, terminator, media)
+        self.laws = Laws(settings.specular_threshold, self.flat.radius, bounces, terminator, media)
         self.absorbs = len(media.sigma) > 0
         eye = scene.camera.matrix[:3, 3] - self.flat.origin
         self.camera_inside = inside_at(media, self.flat, self.intersector, eye)

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..bsdf.layout import CLASS_NULL, CLASS_ROUGH
 from ..bsdf.surface import emission, prepare, sample
-from ..geometry.surface import offset_origin, surface_point
+from ..geometry.surface import leave, surface_point
 from ..jit import kernel
 from ..lights.sample import emitter_pdf_w, lamps_along_ray, suns_along_ray, world_pdf_w, world_radiance
 from ..sampling.mis import power_heuristic
@@ -103,7 +103,7 @@ def second_step(laws, lights, surfaces, paths, bounce, samples, landings, direct
                 reflected = dot(ng, wo) * dot(ng, wi) > 0.0
                 straight = cls == CLASS_NULL
                 paths.trail[alive] = passed(paths.trail[i]) if straight else bounced(paths.trail[i], kind, reflected)
-            store3(paths.o, alive, offset_origin(p, ng, wi, laws.reach))
+            store3(paths.o, alive, leave(surfaces.geometry, prim, p, ng, wi))
             store3(paths.d, alive, wi)
             alive += 1
     return alive, landed

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..geometry.intersect import Hits
-from ..geometry.surface import offset_origin, surface_point
+from ..geometry.surface import leave, surface_point
 from ..jit import kernel
 from ..lights.table import SHADOW
 from ..photons.batch import Photons
@@ -26,11 +26,11 @@ CHOICE_DIMENSION = 0  # bounces use those from DIMENSIONS_PER_BOUNCE on
 
 
 @kernel
-def go_beyond(geometry, hits, d, reach, o):
+def go_beyond(geometry, hits, d, o):
     """Origins behind the surfaces that were hit; d, o : (n, 3) f32."""
     for i in range(len(hits.prim)):
         p, ng, _ = surface_point(geometry, hits.prim[i], float(hits.u[i]), float(hits.v[i]))
-        store3(o, i, offset_origin(p, ng, load3(d, i), reach))
+        store3(o, i, leave(geometry, hits.prim[i], p, ng, load3(d, i)))
 
 
 @kernel
@@ -85,6 +85,6 @@ def all_hits(scene: RenderScene, o: np.ndarray, d: np.ndarray, hits: Hits) -> li
         index, d, travelled = index[there], np.ascontiguousarray(d[there]), travelled[there] + hits.t
         layers.append((index, hits._replace(t=travelled)))
         o = np.empty_like(d)
-        go_beyond(scene.flat.geometry, hits, d, scene.flat.reach, o)
+        go_beyond(scene.flat.geometry, hits, d, o)
         hits = scene.intersector.closest(o, d)
     return layers

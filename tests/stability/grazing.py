@@ -47,7 +47,7 @@ def _eye(degrees: float, allowed: float, short: bool = False) -> None:
         return level(shot, 1.4, allowed, most_noise=0.05)
 
 
-for degrees in (80.0, 89.0, 89.9):
+for degrees in (80.0, 89.0, 89.9, 89.99):
     _eye(degrees, 0.02, short=degrees == 89.0)
 
 

@@ -51,29 +51,72 @@ def no_scale() -> Finding:
     return Finding(gap == 0.0, f"differs by {gap:g}", shot.seconds)
 
 
-def _tall(slices: int):
-    """The back wall of the room in vertical slices."""
+def _sliced(x: np.ndarray):
+    """The back wall of the room in vertical slices that end at x, ascending from -1 to 1."""
     scene = plain()
-    x = np.linspace(-1.0, 1.0, slices + 1)
     bottom = np.stack([x, np.ones_like(x), -np.ones_like(x)], 1)
-    i = np.arange(slices)
-    n = slices + 1
+    i = np.arange(len(x) - 1)
+    n = len(x)
     triangles = np.concatenate([np.stack([i, i + 1, n + i + 1], 1), np.stack([i, n + i + 1, n + i], 1)])
-    index = [item.name.startswith("back") for item in scene.instances].index(True)
-    scene.meshes[index] = s.mesh(np.concatenate([bottom, bottom + np.array([0.0, 0.0, 2.0])]), triangles)
+    scene.meshes[_back(scene)] = s.mesh(np.concatenate([bottom, bottom + np.array([0.0, 0.0, 2.0])]), triangles)
     return scene
 
 
-@case("triangles", "a wall of 1e5 needles, 1e5:1", "same picture")
+def _back(scene) -> int:
+    """Number of the back wall."""
+    return [item.name.startswith("back") for item in scene.instances].index(True)
+
+
+@case("triangles", "a wall of 1e6 needles, 1e6:1", "same picture")
 def needles() -> Finding:
-    return same_randoms(reference(), shoot(_tall(100_000)), allowed=0.02)
+    return same_randoms(reference(), shoot(_sliced(np.linspace(-1.0, 1.0, 1_000_001))), allowed=0.02)
+
+
+@case("triangles", "sizes of 1e7:1 in one object", "same picture", short=True)
+def sizes_in_one() -> Finding:
+    """The back wall in tiles that shrink toward its middle from 1 m to 0.1 micrometres."""
+    scene = plain()
+    half = 10.0 ** np.linspace(0.0, -7.0, 36)
+    ring = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+    flat = (half[:, None, None] * ring).reshape(-1, 2)
+    points = np.stack([flat[:, 0], np.ones(len(flat)), flat[:, 1]], 1)
+    k, j = np.meshgrid(4 * np.arange(35), np.arange(4), indexing="ij")
+    a, b = (k + j).ravel(), (k + (j + 1) % 4).ravel()
+    middle = [[140, 141, 142], [140, 142, 143]]
+    triangles = np.concatenate([np.stack([a, b, b + 4], 1), np.stack([a, b + 4, a + 4], 1), middle])
+    scene.meshes[_back(scene)] = s.mesh(points, triangles)
+    return same_randoms(reference(), shoot(scene), allowed=0.02)
+
+
+@case("triangles", "sizes of 1e7:1 in two objects", "same picture", short=True)
+def sizes_in_two() -> Finding:
+    """The room, balls of triangles of 5 cm in it, in the middle of a black box of 1000 km."""
+    box = s.box((-5e5, -5e5, -5e5), (5e5, 5e5, 5e5), inward=True)
+    return same_randoms(reference(), shoot(with_mesh(plain(), box, s.diffuse(0.0))), allowed=0.02)
+
+
+@case("triangles", "edges of three and four faces", "as the same faces apart", short=True)
+def not_manifold() -> Finding:
+    """Fins that stand on the edge of a box, sharing its corners; apart, each face has corners of its own."""
+    box = s.box((-0.5, -0.2, -0.9), (0.1, 0.4, -0.4))
+    top = np.flatnonzero(box.positions[:, 2] > -0.5)
+    edge = top[np.lexsort(box.positions[top].T)][:2]
+    points = np.concatenate([box.positions, box.positions[edge] + (0, 0, 0.3), box.positions[edge] + (-0.3, 0.1, 0.2)])
+    n = len(box.positions)
+    fins = [[edge[0], edge[1], n + 1], [edge[0], n + 1, n], [edge[0], edge[1], n + 3], [edge[0], n + 3, n + 2]]
+    joined = np.concatenate([box.triangles, fins])
+    apart = s.mesh(points[joined].reshape(-1, 3), np.arange(3 * len(joined)).reshape(-1, 3))
+    for color in (s.diffuse(0.5), s.glass(1.5)):
+        found = same_randoms(*(shoot(with_mesh(plain(), m, color)) for m in (apart, s.mesh(points, joined))))
+        if not found.good:
+            break
+    return found
 
 
 @case("triangles", "every triangle of a wall twice", "same picture")
 def twice() -> Finding:
     scene = plain()
-    index = [item.name.startswith("back") for item in scene.instances].index(True)
-    mesh = scene.meshes[index]
+    mesh = scene.meshes[_back(scene)]
     mesh.triangles = np.concatenate([mesh.triangles, mesh.triangles])
     return same_randoms(reference(), shoot(scene), allowed=0.02)
 
@@ -81,8 +124,7 @@ def twice() -> Finding:
 @case("triangles", "a wall and its reverse in one place", "same picture")
 def coincident() -> Finding:
     scene = plain()
-    index = [item.name.startswith("back") for item in scene.instances].index(True)
-    mesh = scene.meshes[index]
+    mesh = scene.meshes[_back(scene)]
     mesh.triangles = np.concatenate([mesh.triangles, mesh.triangles[:, ::-1]])
     return same_randoms(reference(), shoot(scene), allowed=0.02)
 

@@ -21,7 +21,7 @@ from ...bsdf.layout import DIFFUSE as MATTE
 from ...bsdf.matte import sample_lambert
 from ...bsdf.surface import prepare_any, sample_any
 from ...geometry.flatten import Geometry
-from ...geometry.surface import offset_origin, surface_point
+from ...geometry.surface import leave, surface_point
 from ...photons.batch import ONE_ROUGH, SEEN_SHARP, empty_deposits, empty_photons
 from ...photons.packing import pack_direction, pack_facet
 from ...sampling.rng import DIMENSIONS_PER_BOUNCE, uniform
@@ -88,7 +88,8 @@ def one_by_one(surfaces, photons, mode: int):
         out = phi * weight
         survival = min(1.0, out.max() / phi.max())
         if ok and u[3] < survival:
-            survivors.append((key, offset_origin(p, ng, wi, 2.0), wi, out / survival, seen + ONE_ROUGH))
+            o = leave(surfaces.geometry, surfaces.prim[i], p, ng, wi)
+            survivors.append((key, o, wi, out / survival, seen + ONE_ROUGH))
     return deposits, survivors
 
 
@@ -151,7 +152,8 @@ def survivors_of_sharp(surfaces, photons, media):
             if media.of_prim[prim] >= 0 and before != after:
                 inside = inside & ~1 if after else inside | 1
             seen = int(photons.seen[i]) | SEEN_SHARP
-            survivors.append((photons.key[i], offset_origin(p, ng, wi, 2.0), wi, out / survival, seen, inside))
+            o = leave(surfaces.geometry, prim, p, ng, wi)
+            survivors.append((photons.key[i], o, wi, out / survival, seen, inside))
     return survivors
 
 
