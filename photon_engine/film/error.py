@@ -77,6 +77,8 @@ def squared_bias(film: Film, name: str) -> np.ndarray:
         return np.zeros((film.height, film.width, 3))
     scale2 = np.maximum(brightness(film, name) ** 2, TINY)
     relative = (film.mean(BIAS_OF[name]) ** 2 - squared_noise(film, BIAS_OF[name])) / scale2
+    # more than all of a pixel's light is not smeared away: it is one rare photon, and no matter of its neighbours
+    relative = np.clip(relative, -1.0, 1.0)
     near = box(relative, BIAS_WINDOW)
     positive = np.maximum(near, 0.0)
     kept = max(relative.sum(), 0.0) / max(positive.sum(), TINY)
