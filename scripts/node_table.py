@@ -11,6 +11,7 @@ sys.path.insert(0, str(ROOT))
 import bpy  # noqa: E402
 
 import photon_engine.shading.material  # noqa: E402, F401  (fills the registry)
+from photon_engine.blender.compat import RESOLVED_NODES  # noqa: E402
 from photon_engine.shading.fallback import NOT_SUPPORTED, UNSUPPORTED_OUTPUTS  # noqa: E402
 from photon_engine.shading.registry import REGISTRY  # noqa: E402
 
@@ -21,6 +22,9 @@ STRUCTURE = {
     "ShaderNodeOutputMaterial": "surface, volume and displacement", "ShaderNodeOutputWorld": "surface",
     "ShaderNodeOutputLight": "surface",
 }  # fmt: skip
+RESOLVED = "by Blender: zones unrolled, closures and bundles put in place, constants folded"
+STRUCTURE |= dict.fromkeys(sorted(RESOLVED_NODES), RESOLVED)
+ABSTRACT = {"Node", "NodeInternal", "ShaderNode", "ShaderNodeCustomGroup", "NodeCustomGroup"}
 # of Blender 4.5 alone
 OLD_ONLY = {
     "ShaderNodeTexPointDensity", "ShaderNodeCombineHSV", "ShaderNodeCombineRGB", "ShaderNodeSeparateHSV",
@@ -42,8 +46,8 @@ def node_types() -> list[str]:
     material.use_nodes = True
     nodes, found = material.node_tree.nodes, []
     for name in dir(bpy.types):
-        shaderlike = name.startswith("ShaderNode") and name not in ("ShaderNode", "ShaderNodeTree")
-        if not (shaderlike or name in STRUCTURE or name in NOT_SUPPORTED):
+        kind = getattr(bpy.types, name)
+        if not (isinstance(kind, type) and issubclass(kind, bpy.types.Node)) or name in ABSTRACT:
             continue
         try:
             nodes.new(name)

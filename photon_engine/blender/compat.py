@@ -20,6 +20,38 @@ ALPHA_BY_MODE = ALWAYS_NODES
 VORONOI_WORD_HASH = ALWAYS_NODES
 
 
+# nodes of zones, closures, bundles, menus and constants, which Blender itself resolves (since 5.0)
+RESOLVED_NODES = {
+    "FunctionNodeInputBool", "FunctionNodeInputInt", "FunctionNodeInputMenu", "FunctionNodeInputVector",
+    "GeometryNodeMenuSwitch", "GeometryNodeRepeatInput", "GeometryNodeRepeatOutput", "NodeClosureInput",
+    "NodeClosureOutput", "NodeCombineBundle", "NodeEvaluateClosure", "NodeImplicitConversion", "NodeJoinBundle",
+    "NodeSeparateBundle",
+}  # fmt: skip
+
+
+def resolved(block: Any) -> Any:
+    """What holds, as ``node_tree``, the tree of a material, world or light as Cycles sees it; to be kept while read.
+
+    Repeat zones are unrolled, closures and bundles put in place by Blender where a tree has any; else the block itself.
+    """
+    if ALWAYS_NODES and hasattr(block, "inline_shader_nodes") and _has_resolved(block.node_tree, set()):
+        return block.inline_shader_nodes()
+    return block
+
+
+def _has_resolved(tree: Any, seen: set[str]) -> bool:
+    """Whether a tree, or a group in it, has a node that Blender resolves."""
+    for node in tree.nodes:
+        if node.bl_idname in RESOLVED_NODES:
+            return True
+        inner = getattr(node, "node_tree", None)
+        if inner is not None and inner.name_full not in seen:
+            seen.add(inner.name_full)
+            if _has_resolved(inner, seen):
+                return True
+    return False
+
+
 def uses_nodes(block: Any) -> bool:
     """Whether a material, world or light shades with its node tree."""
     if block.node_tree is None:

@@ -61,12 +61,21 @@ def node_props(node: Any, images: ImageTable) -> dict[str, Any]:
             _pointer(props, name, node, images)
     if node.bl_idname == "ShaderNodeTexVoronoi":
         props["word_hash"] = VORONOI_WORD_HASH
+    if node.bl_idname == "GeometryNodeInputSceneTime":
+        props |= scene_time(images)
     if node.bl_idname == "ShaderNodeTexIES":
         props["text"] = photometric_text(node)
     if node.bl_idname in ("ShaderNodeValue", "ShaderNodeRGB", "ShaderNodeNormal"):
         value = node.outputs[0].default_value
         props["value"] = float(value) if node.bl_idname == "ShaderNodeValue" else [float(c) for c in value]
     return props
+
+
+def scene_time(images: ImageTable) -> dict[str, float]:
+    """The frame that is rendered, and its time [s]."""
+    scene = bpy.context.scene
+    frame = float(scene.frame_current_final if images.frame is None else images.frame)
+    return {"frame": frame, "seconds": frame * scene.render.fps_base / scene.render.fps}
 
 
 def photometric_text(node: Any) -> str:

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from ..issues import IssueLog
 from ..scene.data import Graph, Node, Socket
-from .compat import INLINED_TREES, uses_nodes
+from .compat import INLINED_TREES, resolved, uses_nodes
 from .images import ImageTable
 from .node_props import coerce, node_props, socket_value
 
@@ -49,21 +49,31 @@ def material_graph(material: Any, images: ImageTable, issues: IssueLog) -> Graph
     """The graph of a bpy material; without nodes a diffuse of the viewport colour."""
     if not uses_nodes(material):
         return diffuse_graph(tuple(material.diffuse_color)[:3])
-    return tree_graph(material.node_tree, material.name, images, issues)
+    return block_graph(material, images, issues)
 
 
 def world_graph(world: Any, images: ImageTable, issues: IssueLog) -> Graph:
     """The graph of a bpy world; without nodes its colour."""
     if not uses_nodes(world):
         return background_graph(tuple(world.color)[:3])
-    return tree_graph(world.node_tree, world.name, images, issues)
+    return block_graph(world, images, issues)
 
 
 def light_graph(light: Any, images: ImageTable, issues: IssueLog) -> Graph | None:
     """The graph of a bpy light, whose emission multiplies its strength; None: it has no nodes."""
     if not uses_nodes(light):
         return None
-    return tree_graph(light.node_tree, light.name, images, issues)
+    return block_graph(light, images, issues)
+
+
+def block_graph(block: Any, images: ImageTable, issues: IssueLog) -> Graph:
+    """The graph of a data-block that uses nodes."""
+    holder = resolved(block)
+    graph = tree_graph(holder.node_tree, block.name, images, issues)
+    if holder is not block:  # Blender numbers the nodes it resolves
+        for node in graph.nodes:
+            node.name = node.name.lstrip("0123456789").removeprefix("_") or node.name
+    return graph
 
 
 def diffuse_graph(color: tuple[float, float, float]) -> Graph:

@@ -136,3 +136,9 @@ def _from_world(v, kind, space, points):
             return normalize(np.linalg.inv(points.camera[:3, :3].astype(np.float64)).T.astype(f32) @ v)
         return affine(points.camera, v) if kind == "POINT" else points.camera[:3, :3] @ v
     return v
+
+
+@node("GeometryNodeInputSceneTime")
+def scene_time(x, props, points):
+    """When it is."""
+    return {"Seconds": np.full(1, props.get("seconds", 0.0), f32), "Frame": np.full(1, props.get("frame", 0.0), f32)}
