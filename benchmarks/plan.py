@@ -1,9 +1,10 @@
-"""What leaving out the needless is worth: `python -m benchmarks.plan` prints a table for the README, and writes JSON.
+"""What leaving out the needless is worth: `python -m benchmarks.plan` prints a table and figures, and writes JSON.
 
 Each sample is rendered with the plan, with plan=off, and (pool) for Caustic alone, each in a process of its own, in
 turn. Seconds are processor time of one thread: other programs on the machine count little. To equal error: seconds
 times the relative variance of a pass, mean over pixels of var / (mean^2 + 0.01); most pictures have the same bits.
-With --cold, also the processor time from an empty kernel cache to the first pass.
+With --cold, also the processor time from an empty kernel cache to the first pass. The second frame is the same scene in
+new objects, its camera moved, with what the first left.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 SAMPLES = ("cornell_caustics", "diffuse_room", "material_shelf", "pool", "ring_cardioid", "wine_glass")
 CHILD = """
-import json, resource, sys, time
+import copy, json, resource, sys, time
 import numpy as np
 from photon_engine.film.passes import LIGHT_NAMES, usual_outputs
 from photon_engine.issues import IssueLog
@@ -44,14 +45,24 @@ for i in range(passes):
     seconds.append(time.process_time() - start)
     lights.append(sum(image[name] for name in LIGHT_NAMES))
 lights = np.array(lights)
+first = time.process_time()
 noise = float((lights.var(axis=0) / (lights.mean(axis=0) ** 2 + 0.01)).mean())
 uvs = sum(uv.nbytes for mesh in scene.meshes for uv in mesh.uvs.values())
 statistics = renderer.statistics
+peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 renderer.close()
+moved = copy.deepcopy(scene)
+moved.camera.matrix[:3, 3] += 0.01
+again = Renderer(moved, Settings(plan=plan, threads=1), IssueLog(), outputs, renderer.kept)
+start = time.process_time()
+again.prepare(lambda text: None)
+second = time.process_time() - start
+again.close()
 print(json.dumps({
-    "variance": noise, "first": time.process_time(), "prepare": prepared, "pass": min(seconds[1:] or seconds),
+    "second_prepare": second, "flattened": renderer.kept.flattened, "trees": renderer.kept.built,
+    "variance": noise, "first": first, "prepare": prepared, "pass": min(seconds[1:] or seconds),
     "rays": sum(statistics["rays"].values()) / passes, "photons": sum(statistics["photons"].values()) / passes,
-    "map_MB": statistics["map_bytes"] / 2**20, "peak_MB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
+    "map_MB": statistics["map_bytes"] / 2**20, "peak_MB": peak,
     "uv_MB": uvs / 2**20,
 }))
 """
@@ -115,6 +126,28 @@ def table(results: dict[str, dict]) -> str:
     return "\n".join(lines)
 
 
+def figures(results: dict[str, dict]) -> str:
+    """What the plan promises, one line each, of the samples that were measured."""
+    lines = []
+    if room := results.get("diffuse_room"):
+        on, off = room["on"], room["off"]
+        gain = off["pass"] * off["variance"] / (on["pass"] * on["variance"])
+        lines.append(f"diffuse_room: {gain:.2f} times faster to equal error than with plan=off")
+    if pool := results.get("pool"):
+        alone = pool["Caustic only"]["pass"]
+        lines.append(f"pool: Caustic alone is {pool['on']['pass'] / alone:.2f} times faster than all passes, "
+                     f"{pool['off']['pass'] / alone:.2f} times than all with plan=off")  # fmt: skip
+    bare = [name for name, ways in results.items() if ways["on"]["uv_MB"] == 0.0]
+    lines.append(f"no UVs are allocated in: {', '.join(bare) or 'none'}")
+    for name, ways in results.items():
+        on = ways["on"]
+        lines.append(f"{name}: {on['prepare']:.2f} s before the first pass, {on['second_prepare']:.2f} s where only "
+                     f"the camera has moved; triangles and tree made {on['flattened']:.0f} and {on['trees']:.0f} times")
+        if "cold" in on:
+            lines.append(f"{name}: {on['cold']:.1f} s from an empty cache, {ways['off']['cold']:.1f} with plan=off")
+    return "\n".join(lines)
+
+
 def worth(samples: Iterable[str], repeats: int, passes: int, from_empty: bool = False) -> dict[str, dict]:
     """Figures by sample and way; from_empty: with the times from an empty kernel cache, minutes each."""
     results = {}
@@ -149,6 +182,7 @@ def main() -> None:
     target.parent.mkdir(parents=True, exist_ok=True)
     target.write_text(json.dumps(results, indent=1))
     print(table(results))
+    print(figures(results))
 
 
 if __name__ == "__main__":
