@@ -140,8 +140,8 @@ def test_box_projection(patch, blend):
         place = out(tree.nodes.new("ShaderNodeTexCoord"), "Object")
         return texture(tree, image, place, projection="BOX", projection_blend=blend).outputs[0]
 
-    # facets: neighbouring pixels differ by whole normals; without a blend sides jump, and the outline is an edge
-    patch.compare_engine(build, 2e-2, outliers=4 * SIZE)
+    # without a blend sides jump, and facets and the outline are edges
+    patch.compare_engine(build, outliers=4)
     bpy.data.objects.remove(ball)
     patch.object.hide_render = False
     assert patch.object.data == plane
