@@ -11,6 +11,8 @@ from .compat import INLINED_TREES, resolved, uses_nodes
 from .images import ImageTable
 from .node_props import coerce, node_props, socket_value
 
+GROUPS = {"GROUP", "CUSTOM GROUP"}  # an add-on's groups are entered too, as Cycles does
+
 
 class Scope(NamedTuple):
     """A tree as it stands inside the group nodes that lead to it."""
@@ -264,7 +266,7 @@ def _enter(scope: Scope, node: Any, output: Any) -> tuple[Scope, Any, Any] | Non
         return scope, node, node.inputs[0]
     if node.type == "GROUP_INPUT" and scope.group is not None:
         return scope.parent, scope.group, by_identifier(scope.group.inputs, output.identifier)
-    if node.type == "GROUP":
+    if node.type in GROUPS:
         if node.node_tree is None:
             return scope, node, None
         inside = _inside(scope, node)
