@@ -3,9 +3,16 @@
 import os
 import sys
 
-from .cli import main
+from .driver import guard
 
-code = main()
+guard.watch(sys.argv[1:])
+
+from .cli import main  # noqa: E402, loads what starts threads
+
+try:
+    code = main()
+finally:
+    guard.done()
 sys.stdout.flush()
 sys.stderr.flush()
 # no teardown: Blender as a module can hang in it, and after a cancel a kernel may still be compiling

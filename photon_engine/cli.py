@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from .arguments import UsageError, flag_settings, frame_range, scene_arguments, settings_argument
+from .driver import guard
 from .driver.checks import check_scene
 from .driver.console import Console, ConsoleHandler, interruptible
 from .driver.frames import frame_path
@@ -156,7 +157,13 @@ def source(arguments: argparse.Namespace, issues: IssueLog) -> Iterator[Callable
         ) from None  # fmt: skip
     options = blender_load.Options(arguments.frame, arguments.camera, arguments.view_layer, arguments.resolution)
     with blender_load.OpenBlend(path, options, issues) as opened:
-        yield lambda issues, frame=None: Loaded(*opened.read(issues, frame))
+
+        def read(issues: IssueLog, frame: int | None = None) -> Loaded:
+            loaded = Loaded(*opened.read(issues, frame))
+            guard.done()
+            return loaded
+
+        yield read
 
 
 def load(arguments: argparse.Namespace, issues: IssueLog) -> Loaded:

@@ -20,6 +20,7 @@ from photon_engine.scene.io import save_scene
 from photon_engine.settings import Settings
 
 from .blender_process import ROOT, environment, run_script
+from .brute import scenes as s
 
 FAKE_CLI = """
 import sys
@@ -142,6 +143,20 @@ def test_no_light_is_a_warning_and_a_black_picture_is_written(place, capsys):
     code, said = run(capsys, "render", "dark.npz", "--passes", 1)
     assert code == cli.OK and "warning: Test: there is no light: the picture will be black" in said
     assert (place / "dark.exr").exists()
+
+
+def test_a_camera_inside_a_wall_is_a_warning_that_says_where_to_look(tmp_path, monkeypatch, capsys):
+    """By the real renderer: it is the finished picture that is black."""
+    monkeypatch.chdir(tmp_path)
+    wall = s.box((-1, -0.5, -1), (1, 0.5, 1), name="wall")
+    scene = s.build([(wall, s.diffuse(0.8))], [s.point_lamp((0, -3, 0), 0.1, 50.0)], s.camera((0, 0, 0), (0, 1, 0)),
+                    picture=s.frame(8))  # fmt: skip
+    scene.camera.name = "Eye"
+    save_scene(scene, "wall.npz")
+    few = ("--set", "caustic_photons=100", "--set", "diffuse_photons=100", "--passes", 1)
+    code, said = run(capsys, "render", "wall.npz", *few)
+    assert code == cli.OK and "warning: Eye: no light reaches anything that the camera sees" in said
+    assert "inside an object" in said and not read_exr("wall.exr")[0]["Combined"][..., :3].any()
 
 
 @pytest.mark.parametrize("flag", ["-o", "--log", "--state"])
@@ -275,7 +290,15 @@ with bpy.data.libraries.load(os.path.join(folder, "library.blend"), link=True) a
 bpy.context.scene.collection.objects.link(target.objects[0])
 save("broken_link")
 os.unlink(os.path.join(folder, "library.blend"))
-with open(os.path.join(folder, "not.blend"), "w") as file: file.write("hello")
+good = open(os.path.join(folder, "good.blend"), "rb").read()
+broken = {
+    "not": b"hello", "nothing": b"", "half": good[: len(good) // 2], "end_gone": good[:-100],
+    "zeroed": bytes(64) + good[64:], "other_version": good[:7] + b"99-99v9999" + good[17:],
+    "backwards": good[:64] + good[64:][::-1], "zipped": bytes.fromhex("1f8b0800") + good[4:],
+    "png": bytes.fromhex("89504e47"),
+}
+for name, content in broken.items():
+    with open(os.path.join(folder, name + ".blend"), "wb") as file: file.write(content)
 """
 
 RUN_ALL = """
@@ -293,6 +316,9 @@ for name, arguments in values["cases"].items():
 """
 
 
+BROKEN = ("not", "nothing", "half", "end_gone", "zeroed", "other_version", "backwards", "zipped", "png")
+
+
 @pytest.fixture(scope="module")
 def blends(tmp_path_factory):
     """What the command line says to many .blend files: case -> {code, out, err}, and the folder."""
@@ -308,7 +334,7 @@ def blends(tmp_path_factory):
         "missing texture": ["render", "missing_texture.blend", "--passes", "1"],
         "unknown node": ["info", "unknown_node.blend"],
         "broken link": ["render", "broken_link.blend", "--passes", "1"],
-        "not a blend": ["render", "not.blend"],
+        **{name: ["render", name + ".blend", "--passes", "1"] for name in BROKEN},
         "other camera": ["render", "good.blend", "--camera", "Cube"],
         "other layer": ["render", "good.blend", "--view-layer", "Nope"],
         "tiny": ["render", "good.blend", "--resolution", "1x1", "--passes", "1"],
@@ -346,7 +372,7 @@ def test_flags_override_the_blend(blends):
         ("one percent", cli.BAD_INPUT, "Blender cannot render it: Error: Image too small"),
         ("missing texture", cli.OK, "wood.png"),
         ("broken link", cli.OK, "library.blend"),
-        ("not a blend", cli.BAD_INPUT, "not.blend: Blender cannot open it"),
+        *((name, cli.BAD_INPUT, f"{name}.blend: Blender cannot open it") for name in BROKEN),
         ("other camera", cli.BAD_INPUT, "Cube: there is no camera of that name (the file has: Camera, Second)"),
         ("other layer", cli.BAD_INPUT, "Nope: there is no view layer of that name (the file has: ViewLayer, Other"),
         ("tiny", cli.BAD_INPUT, "Blender refuses"),

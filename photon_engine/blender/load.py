@@ -67,6 +67,8 @@ class OpenBlend:
             except RuntimeError as error:
                 reason = str(error).strip().removeprefix("Error: ").rstrip(".")
                 raise RenderError(str(path), f"Blender cannot open it: {reason}", "check that it is a .blend") from None
+        if not bpy.data.filepath or not Path(bpy.data.filepath).samefile(path):  # or what was open before is rendered
+            raise RenderError(str(path), "Blender did not open it", "check that it is a .blend")
         self.scene = bpy.context.scene
         self.default_layer = bpy.context.view_layer
         report_missing(issues)
