@@ -19,7 +19,7 @@ from ..sampling.mis import power_heuristic
 from ..sampling.rng import uniform
 from ..shading.trail import bounced, no_trails
 from ..vec import add, dot, length, load3, max3, scale, store3, sub
-from .eye_kernels import add3
+from .eye_kernels import LATTICE_X, LATTICE_Y, add3
 from .lobes import NARROW, keep_lobes, rough_kind
 from .media import after_surface, no_bits
 
@@ -107,12 +107,13 @@ def sample_lights(laws, lights, surfaces, points, j, samples, mis, lobes, rays):
         i = points.hit[m]
         p, ng, ns = surface_point(surfaces.geometry, surfaces.prim[i], float(surfaces.u[i]), float(surfaces.v[i]))
         key = points.key[m]
-        dim = DIRECT_DIMENSION + 4 * j
-        # one random number, stratified over the samples
+        # random numbers once for all samples: strata select lights, and a lattice spreads the places on them
         u_select = (j + uniform(key, DIRECT_DIMENSION - 1)) / samples
+        u0 = (uniform(key, DIRECT_DIMENSION) + j * LATTICE_X) % 1.0
+        u1 = (uniform(key, DIRECT_DIMENSION + 1) + j * LATTICE_Y) % 1.0
         wo = load3(points.wo, m)
         wi, distance, le, pdf_w, is_delta, emitter = sample_light(
-            lights, p, facing(ns, ng, wo), u_select, uniform(key, dim), uniform(key, dim + 1)
+            lights, p, facing(ns, ng, wo), u_select, u0, u1
         )
         if max3(le) <= 0.0:
             continue
