@@ -247,17 +247,18 @@ def _diffuse(rule: Rule, facts: Survey, settings: Settings) -> Decision:
 
 
 def _gathers(rule: Rule, facts: Survey, settings: Settings, diffuse: Decision) -> dict[str, Decision]:
-    """Final gathers; off is off."""
-    mode = settings.final_gather
+    """Final gathers; off is off. Automatic: both, until the pilot pass has counted photons."""
+    mode = settings.resolved().final_gather
     other = f"Final Gather is {mode.capitalize()}"
+    everywhere = f"{other}: the pilot pass decides" if mode == "AUTO" else other
     none = (not diffuse, "no diffuse map")
     narrow = rule.decide(
         f"{names(facts.narrow)} reflects too narrowly for the map",
-        [(mode != "GLOSSY", other), none],
+        [(mode not in ("GLOSSY", "AUTO"), other), none],
         [(not facts.narrow, "no narrow glossy surface")],
     )
     return {
-        "gather_all": rule.decide("Final Gather is All", [(mode != "ALL", other), none]),
+        "gather_all": rule.decide(everywhere, [(mode not in ("ALL", "AUTO"), other), none]),
         "gather_narrow": narrow,
     }
 

@@ -92,7 +92,7 @@ USAGE = [
     (["render", "scene.npz", "--set", "photons=3"], "there is no setting of that name (one of: passes,"),
     (["render", "scene.npz", "--set", "passes"], "there is no '='"),
     (["render", "scene.npz", "--set", "alpha=7"], "alpha: 7.0 is outside [0.01, 1.0]"),
-    (["render", "scene.npz", "--set", "final_gather=some"], "'SOME' is not a choice (one of: OFF, GLOSSY, ALL)"),
+    (["render", "scene.npz", "--set", "final_gather=some"], "'SOME' is not a choice (one of: AUTO, OFF, GLOSSY, ALL)"),
     (["render", "scene.npz", "--passes", "many"], "'many' is not a int"),
     (["render", "scene.npz", "--passes", "-1"], "passes: -1 is outside"),
     (["render", "scene.npz", "--camera", "Cam"], "--camera: a saved scene holds one picture only"),

@@ -109,8 +109,10 @@ class Session:
             if self.outputs & ERROR_MAPS and film.rows is not None:
                 raise RenderError("Noise, Bias", "the saved film lacks most of the variance", "start with --maps")
         self.film = fresh
-        self.darkroom = Darkroom(fresh, self.settings.denoise, self.settings.threads, self.issues, listener.cancelled)
         self._halves = Halves(fresh.height, fresh.width, fresh.exposure) if self.settings.denoise != "OFF" else None
+        self.darkroom = Darkroom(
+            fresh, self.settings.denoise, self.settings.threads, self.issues, listener.cancelled, self._halves
+        )
         self._render(Worker(listener), max(first, self.film.next_pass))
         if self.film.count:
             if "Combined" in self.outputs:
@@ -183,7 +185,7 @@ class Session:
         dear = self.darkroom.error_seconds > DENOISED_SHARE * sum(self.durations)
         if not last and (dear or passes & (passes - 1)):
             return
-        error = self.darkroom.error(self._halves)
+        error = self.darkroom.error()
         if error is not None:
             self.denoised_errors.append({"passes": passes, "seconds": sum(self.durations), **error._asdict()})
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -71,7 +73,10 @@ class RenderScene:
         self.trails = any("trail" in program.needs for program in looked_up)
         self.casts_all_shadows = bool((self.lights.flags & SHADOW).all())
         self.camera = build_camera(scene.camera, scene.frame, self.flat.origin)
-        self.plan = make_plan(scene, settings, outputs, facts if len(self.lights.kind) else facts.unlit(self.trails))
+        self._plan_of = partial(
+            make_plan, scene, outputs=outputs, known=facts if len(self.lights.kind) else facts.unlit(self.trails)
+        )
+        self.plan = self._plan_of(settings=settings)
         if not self.plan.sun_rays:
             self.lights = one_ray_to_suns(self.lights, settings.light_samples)
         self.seen_lights = self.lights if self.plan.sees_lights else without_lights(self.lights)
@@ -100,6 +105,13 @@ class RenderScene:
         self.rules = EyeRules(
             scene.frame.transparent, visible, holdout, np.ascontiguousarray(forward, np.float64), eye
         )
+
+    def settle_gather(self, settings: Settings, mode: str, why: str) -> None:
+        """Plan again once it is known where diffuse light is gathered (pilot.gather_mode), if that was left open."""
+        if settings.final_gather == "AUTO":
+            self.plan = self._plan_of(settings=settings.replace(final_gather=mode))
+            if self.plan.diffuse_map:
+                self.plan = replace(self.plan, gather_all=replace(self.plan.gather_all, reason=why))
 
     def surfaces(self, o: np.ndarray, d: np.ndarray, t_max: np.ndarray | None = None, **path) -> Surfaces:
         """What rays hit and how it scatters; o, d : (n, 3) f32."""

@@ -35,7 +35,7 @@ from .lamp_edges import find_edges
 from .photon_kernels import DROPPED, EMITTED
 from .photon_pass import run_for, trace_photons
 from .photon_rules import CAUSTIC, DIFFUSE, GLOBAL
-from .pilot import FINEST, Pilot, Reach, run_pilot
+from .pilot import FINEST, Pilot, Reach, gather_mode, run_pilot
 from .render_scene import RenderScene
 
 MOST_DROPPED = 0.01  # of the light of photons: what is cut off beyond that is reported
@@ -86,13 +86,14 @@ class Renderer:
         """Everything that passes share. stage(text) is told what is being done; cancelled: no pass may follow."""
         start = time.perf_counter()
         self.scene = RenderScene(self.data, self.settings, self.issues, stage, self.outputs, self.kept)
-        log.info("%s", self.plan)
         self.statistics["texture_bytes"] = texture_bytes(self.data.images)
         self._count("prepare", start)
         stage("Pilot pass")
         start = time.perf_counter()
         modes = [CAUSTIC] * self.plan.caustic_map.runs + [DIFFUSE] * self.plan.diffuse_map.runs
         self.pilot: Pilot = run_pilot(self.scene, self._pool, self.settings, modes, cancelled)
+        self.scene.settle_gather(self.settings, *gather_mode(self.settings, self.pilot))
+        log.info("%s", self.plan)
         self.lamp_edges = find_edges(self.scene, self._pool, self.settings, cancelled)
         self._count("pilot", start)
         for name, groups in zip(("Caustic Photons", "Diffuse Photons"), self._groups(), strict=True):
@@ -107,7 +108,7 @@ class Renderer:
         factor = radius_factor(i + 1, self.settings.alpha)
         radii = (
             self._radius(self.settings.caustic_radius * factor, self.pilot.caustic, factor),
-            self._radius(self.settings.diffuse_radius * factor, self.pilot.diffuse, factor),
+            self._diffuse_radius(factor),
         )
         self._note_radii(i, *radii)
         groups = self._groups()
@@ -159,7 +160,7 @@ class Renderer:
     def _eye_run(self, i: int, group: int, radii: tuple[Radius, Radius]) -> EyeRun:
         """What the eye pass of pass i does; after the first group, only what reads the maps."""
         plan, pixel = self.plan, self.pilot.footprint or np.inf
-        around = max(LOOK_AROUND * max(r.pixels, r.least / pixel) for r in radii)
+        around = max(LOOK_AROUND * max(r.pixels, r.least / pixel) for r in radii[: 1 if plan.gather_all else 2])
         gathers = plan.gather_all.runs or plan.gather_narrow.runs
         return EyeRun(
             make_key(self.settings.seed, i, STREAM_EYE),
@@ -211,6 +212,13 @@ class Renderer:
         ):
             if needed:
                 self.statistics["radii"].setdefault(name, []).append([i, radius.pixels, radius.bound, radius.least])
+
+    def _diffuse_radius(self, factor: float) -> Radius:
+        """The radius of the diffuse map: the same wherever rays of a final gather end, if only they read it."""
+        if not (self.plan.gather_all and self.pilot.diffuse.one > 0.0):
+            return self._radius(self.settings.diffuse_radius * factor, self.pilot.diffuse, factor)
+        radius = self.pilot.diffuse.landing * factor
+        return Radius(self.settings.diffuse_radius * factor, radius, radius)
 
     def _radius(self, pixels: float, reach: Reach, factor: float) -> Radius:
         """The radius of a pass; toward the horizon a pixel may not reach over more than MOST_CELLS of the map."""

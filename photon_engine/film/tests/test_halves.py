@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from ..halves import FLOOR, Halves, denoised_error
+from ..halves import FLOOR, Halves, denoised_error, steady_share
 from ..passes import RAW
 
 SIZE = 96
@@ -57,3 +57,26 @@ def test_halves_are_full_when_they_hold_as_many_passes():
     assert states == [False, False, True, False, True]
     for half in halves.pictures():
         np.testing.assert_array_equal(half, 5.0)
+
+
+def test_one_pixel_of_luck_does_not_decide_the_error():
+    """A pixel that one half alone saw shine makes the mean of the cross terms negative, or the picture all wrong."""
+    rng = np.random.default_rng(2)
+    raw = [truth() * (1.0 + 0.3 * rng.normal(size=truth().shape)) for _ in range(2)]
+    clean = [smooth(half, 3) for half in raw]
+    expected = denoised_error(tuple(raw), tuple(clean))
+    raw[0][40, 50] = 1e3
+    got = denoised_error(tuple(raw), tuple(clean))
+    assert abs(got.total / expected.total - 1.0) < 0.01 and got.noise == expected.noise
+
+
+def test_what_the_radius_smears_is_added():
+    raw = (truth(), truth())
+    assert denoised_error(raw, raw, smeared=0.02) == pytest.approx((0.0, 0.02))
+
+
+def test_emission_is_kept_where_both_halves_agree():
+    first = np.array([4.0, 4.0, 4.0, 0.0])[None, :, None] * np.ones(3)
+    second = np.array([4.0, 3.0, 0.0, 0.0])[None, :, None] * np.ones(3)
+    # relative standard errors of 0, 1 / 7, 1, and nothing seen
+    np.testing.assert_allclose(steady_share(first, second)[0, :, 0], [1.0, 1.0 - 2.0 / 49.0, 0.0, 1.0], rtol=1e-6)

@@ -45,7 +45,7 @@ scenes = st.fixed_dictionaries(
 )
 choices = st.fixed_dictionaries(
     {
-        "final_gather": st.sampled_from(["OFF", "GLOSSY", "ALL"]),
+        "final_gather": st.sampled_from(["AUTO", "OFF", "GLOSSY", "ALL"]),
         "diffuse_bounces": st.sampled_from([0, 1, 64]),
         "max_bounces": st.sampled_from([1, 2, 64]),
     }
