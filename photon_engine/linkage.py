@@ -11,7 +11,10 @@ leave out what is not called; it sees each function once an entry.
 from __future__ import annotations
 
 import functools
+import importlib
+import sys
 
+from llvmlite.binding import parse_assembly
 from numba.core import event as numba_event
 from numba.core import sigutils, types
 from numba.core.codegen import JITCodeLibrary
@@ -60,6 +63,18 @@ class EntryLibrary(JITCodeLibrary):
             if not function.is_declaration and function.linkage.name == "linkonce_odr":
                 function.linkage = "internal"
         super()._optimize_final_module()
+
+    def _get_module_for_linking(self):
+        """What the cache keeps beside machine code: the names that this defines, so that numba finds them.
+
+        By default it is all the code that was optimised, for others to link, and its reading took a tenth of a warm
+        start. But others link parts.
+        """
+        self._ensure_finalized()
+        if self._shared_module is None:
+            seen = [f for f in self._final_module.functions if not f.is_declaration and f.linkage.name != "internal"]
+            self._shared_module = parse_assembly("\n".join(f'define void @"{f.name}"() {{ ret void }}' for f in seen))
+        return self._shared_module
 
 
 class _PartCompiler(Compiler):
@@ -112,6 +127,23 @@ class Part(CPUDispatcher):
         return self.overloads[args].entry_point
 
 
+@functools.cache
+def load_numba_without_scipy() -> None:
+    """Load what numba needs for calls, without scipy.linalg, which would take another tenth of a warm start.
+
+    Numba looks for it to choose how np.inner is computed; np.dot and others look again when they are compiled.
+    """
+    blas = "scipy.linalg.cython_blas"
+    hidden = blas not in sys.modules
+    if hidden:
+        sys.modules[blas] = None  # type: ignore[assignment]  # importing it fails
+    try:
+        importlib.import_module("numba.np.arraymath")
+    finally:
+        if hidden:
+            del sys.modules[blas]
+
+
 class Kernel:
     """A compiled function: called from Python it is an entry; to numba, which asks for its type, it shows its part.
 
@@ -134,6 +166,7 @@ class Kernel:
         if self._entry is None:
             with global_compiler_lock:
                 if self._entry is None:
+                    load_numba_without_scipy()
                     entry = CPUDispatcher(self.py_func, {}, self._options, _EntryCompiler)
                     entry._cache = KernelCache(self.py_func, self._cache_folder(self.py_func))
                     self._entry = entry
