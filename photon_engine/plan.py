@@ -63,6 +63,7 @@ LABELS = {
     "media": "Absorbing insides",
     "lens": "Depth of field",
     "textures": "Textures",
+    "unworn": "Materials on no surface",
     "guides": "Guides of the denoiser",
     "variance": "Variance of every pixel",
 }
@@ -91,6 +92,7 @@ class Plan:
     media: Decision
     lens: Decision
     textures: Decision
+    unworn: Decision
     guides: Decision
     variance: Decision
 
@@ -175,6 +177,7 @@ def make_plan(
         media=_media(facts),
         lens=_lens(scene),
         textures=_textures(facts),
+        unworn=_unworn(settings, facts),
         guides=guides,
         variance=variance,
     )
@@ -186,11 +189,11 @@ NO_ROUGH = "no rough surface to receive light"
 
 
 def _idle_lamps(scene: SceneData, settings: Settings, facts: Survey) -> Decision:
-    """Lamps that neither a surface nor the camera can see shining."""
+    """Lamps that neither a receiver of light nor the camera can see shining."""
     if not settings.plan:
         return Decision(True, OFF)
     idle = [scene.lights[i].name for i in facts.idle]
-    return Decision(False, f"{names(idle)} shine past every surface" if idle else "there is none")
+    return Decision(False, f"{names(idle)} reach nothing that scatters light" if idle else "there is none")
 
 
 def _sun_rays(scene: SceneData, settings: Settings, facts: Survey) -> Decision:
@@ -320,6 +323,13 @@ def _textures(facts: Survey) -> Decision:
         return Decision(False, "no material varies over a surface: no UVs, attributes or images are looked up")
     reads = ", ".join(sorted(facts.needs)) or "directions"
     return Decision(True, f"{names(facts.varying)} reads {reads}")
+
+
+def _unworn(settings: Settings, facts: Survey) -> Decision:
+    """Compiling materials that no triangle wears."""
+    if not settings.plan:
+        return Decision(True, OFF)
+    return Decision(False, names(facts.unworn) if facts.unworn else "there is none")
 
 
 def names(items: Sequence[str], most: int = 2) -> str:

@@ -20,6 +20,7 @@ class Survey(NamedTuple):
     """Names of materials, lamps and the world by what they may do; upper bounds: what is not named does it never."""
 
     surfaces: tuple[str, ...]  # materials on triangles
+    unworn: tuple[str, ...]  # other materials
     idle: tuple[int, ...]  # lamps whose light meets neither what scatters it nor the camera, indices into scene.lights
     lit: tuple[str, ...]  # other lamps, materials and the world that give light
     can_be_hit: tuple[str, ...]  # of these, what a ray can meet
@@ -49,7 +50,7 @@ def survey(
     """
     used = used_materials(scene)
     if programs is None:
-        programs = [compile_material(m, scene.images, IssueLog()) if i in used else _unused(m)
+        programs = [compile_material(m, scene.images, IssueLog()) if i in used else unworn_program(m)
                     for i, m in enumerate(scene.materials)]  # fmt: skip
     known = [(programs[m].name, programs[m]) for m in sorted(used) if m >= 0]
     default = (DEFAULT,) if -1 in used else ()
@@ -67,6 +68,7 @@ def survey(
     varying = having(lambda program: not program.constant)
     return Survey(
         surfaces=having(lambda program: True) + default,
+        unworn=tuple(m.name for i, m in enumerate(scene.materials) if i not in used),
         idle=idle,
         lit=tuple(light.name for light in lamps) + emitting + sky,
         can_be_hit=areas + emitting + sky,
@@ -118,6 +120,6 @@ def used_materials(scene: SceneData) -> set[int]:
     return used
 
 
-def _unused(material: Material) -> Program:
+def unworn_program(material: Material) -> Program:
     """Stands in for the program of a material that no triangle wears."""
     return Program(material.name, [], None)

@@ -11,7 +11,9 @@ import pytest
 from photon_engine.blender.compat import DEFAULT_PRINCIPLED
 from photon_engine.blender.extract import extract_scene
 from photon_engine.issues import IssueLog, RenderError
+from photon_engine.plan import make_plan
 from photon_engine.scene.io import load_scene, save_scene
+from photon_engine.settings import Settings
 from tests.extract_help import cube, empty_scene, extract, link, messages, names
 
 SHARED = Path(__file__).resolve().parents[2] / "shared" / "scenes"
@@ -118,6 +120,33 @@ def test_slots_of_object_and_data_and_indices_beyond_them():
     by_name = {i.name: [data.materials[m].name for m in i.materials] for i in data.instances}
     # slot 5 is beyond the last: Cycles uses the last
     assert by_name == {"First": ["A"] * 6, "Second": ["A"] + ["B"] * 5}
+
+
+def test_materials_and_images_that_no_face_wears_are_not_read():
+    """They are named only, unless another object wears them."""
+    painted = bpy.data.materials.new("Painted")
+    if not painted.node_tree:
+        painted.use_nodes = True
+    nodes, links = painted.node_tree.nodes, painted.node_tree.links
+    texture = nodes.new("ShaderNodeTexImage")
+    texture.image = bpy.data.images.new("Paint", 4, 4)
+    links.new(texture.outputs["Color"], nodes["Principled BSDF"].inputs["Base Color"])
+    first = cube("First")
+    first.data.uv_layers.new(name="UVMap")
+    for material in (painted, bpy.data.materials.new("Plain")):
+        first.data.materials.append(material)
+    first.data.polygons.foreach_set("material_index", np.ones(6, np.int32))
+    data = extract()
+    assert [m.name for m in data.materials] == ["Painted", "Plain"] and not data.images and not data.meshes[0].uvs
+    assert not data.materials[0].graph.nodes and data.materials[1].graph.nodes
+    assert make_plan(data, Settings()).unworn.reason == "Painted"
+    cube("Second").data.materials.append(painted)
+    data = extract()
+    assert [m.name for m in data.materials] == ["Painted", "Plain"] and len(data.images) == 1
+    assert data.materials[0].graph.nodes and make_plan(data, Settings()).unworn.reason == "there is none"
+    first.data.polygons[0].material_index = 0
+    data = extract()
+    assert len(data.images) == 1 and all(mesh.uvs or mesh.name != first.data.name for mesh in data.meshes)
 
 
 def test_material_override_of_the_view_layer(scene):

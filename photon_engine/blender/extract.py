@@ -13,7 +13,7 @@ from .images import ImageTable
 from .instances import Occurrence, make_instance, slot_materials, visible_occurrences
 from .keep import Keep
 from .lights import extract_light
-from .meshes import MeshNeeds
+from .meshes import MeshNeeds, worn_slots
 from .needs import merge_needs, needs_of
 from .node_trees import light_graph, material_graph, world_graph
 from .world import extract_world
@@ -58,6 +58,8 @@ class _Extraction:
         self.images = ImageTable(issues, keep)
         self.images.frame = data.frame_number
         self._materials: dict[int, int] = {}  # address of the material -> index
+        self._unread: set[int] = set()  # addresses of those that nothing wears so far
+        self._worn: dict[int, frozenset[int]] = {}  # address of the mesh -> slots that its faces name
         self._light_graphs: dict[int, Graph | None] = {}
         self._meshes: dict[int, int] = {}  # address of the mesh -> index into sources
         self._sources: list[tuple[Any, str, set[int]]] = []  # mesh, owner, materials on it
@@ -83,7 +85,8 @@ class _Extraction:
     def _add_mesh(self, item: Occurrence) -> None:
         block = item.object.data
         slots = slot_materials(item.object, self.layer.material_override) or [None]
-        materials = [self._material(material) for material in slots]
+        worn = self._worn_slots(block, len(slots))
+        materials = [self._material(material, slot in worn) for slot, material in enumerate(slots)]
         # instances of one mesh share it whatever their materials; the mesh must serve the needs of all of them
         index = self._meshes.setdefault(block.as_pointer(), len(self._sources))
         if index == len(self._sources):
@@ -102,17 +105,33 @@ class _Extraction:
         if any(node.type == "ShaderNodeParticleInfo" for graph in graphs for node in graph.nodes):
             instance.particle = particle_of(item.source, float(self.data.frame_number))
 
-    def _material(self, material: Any | None) -> int:
-        """Index of a material's graph; for an empty slot that of Blender's default, -1 when it is grey Lambert."""
+    def _worn_slots(self, block: Any, count: int) -> frozenset[int]:
+        """Which of `count` slots a mesh's faces wear; a number beyond the last is the last."""
+        if count == 1:
+            return frozenset({0})
+        key = block.as_pointer()
+        if key not in self._worn:
+            self._worn[key] = worn_slots(block)
+        return frozenset(min(slot, count - 1) for slot in self._worn[key])
+
+    def _material(self, material: Any | None, worn: bool) -> int:
+        """Index of a material's graph; for an empty slot that of Blender's default, -1 when it is grey Lambert.
+
+        One that no face wears has its name only: neither its nodes nor its images are read.
+        """
         if material is None:
-            return self._default_material() if DEFAULT_PRINCIPLED else -1
+            return self._default_material() if DEFAULT_PRINCIPLED and worn else -1
         key = material.as_pointer()
         if key not in self._materials:
+            self._materials[key] = len(self.data.materials)
+            self._unread.add(key)
+            self.data.materials.append(Material(material.name, Graph()))
+        if worn and key in self._unread:
+            self._unread.remove(key)
             graph = material_graph(material, self.images, self.issues)
             self._fill_in(graph, material)
-            self._materials[key] = len(self.data.materials)
             method = getattr(material, "displacement_method", "BUMP")
-            self.data.materials.append(Material(material.name, graph, method))
+            self.data.materials[self._materials[key]] = Material(material.name, graph, method)
         return self._materials[key]
 
     def _fill_in(self, graph: Graph, material: Any) -> None:

@@ -180,6 +180,16 @@ def material_indices(me: Any, faces: np.ndarray | None) -> np.ndarray | None:
     return np.maximum(slots, 0)[faces]
 
 
+def worn_slots(me: Any) -> frozenset[int]:
+    """The slots that faces name; none of a mesh without faces."""
+    attribute = _face_attribute(me, "material_index", "INT")
+    if attribute is None or not len(attribute.data):
+        return frozenset({0} if len(me.polygons) else ())
+    slots = np.empty(len(attribute.data), np.int32)
+    attribute.data.foreach_get("value", slots)
+    return frozenset(np.unique(np.maximum(slots, 0)).tolist())
+
+
 def generated_coordinates(me: Any) -> np.ndarray:
     """Generated texture coordinates, (V, 3) f32: the undeformed position in the mesh's texture space.
 

@@ -61,7 +61,7 @@ class RenderScene:
         stage("Building the ray tree")
         self.intersector = kept.intersector()
         stage("Compiling materials")
-        programs = material_programs(memo, scene, issues)
+        programs = material_programs(memo, scene, not settings.plan, issues)
         self.materials = MaterialTable(scene, self.flat, settings.specular_threshold, programs)
         stage("Preparing lights")
         facts = survey(scene, settings.specular_threshold, programs, reach=settings.plan)

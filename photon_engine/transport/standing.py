@@ -21,6 +21,7 @@ from ..scene.data import SceneData
 from ..scene.memo import Memo
 from ..shading.material import compile_material
 from ..shading.program import Program
+from ..survey import unworn_program, used_materials
 from .cull import boxes_of
 from .emission import find_emitters
 from .materials import MaterialTable
@@ -39,11 +40,13 @@ class Casters(NamedTuple):
     all_boxes: np.ndarray  # (k, 2, 3) f64, round everything
 
 
-def material_programs(memo: Memo, scene: SceneData, issues: IssueLog) -> list[Program]:
-    """The programs of a scene's materials."""
-    images = tuple(scene.images)
+def material_programs(memo: Memo, scene: SceneData, every: bool, issues: IssueLog) -> list[Program]:
+    """The programs of a scene's materials; every : also of those that no triangle wears."""
+    images, worn = tuple(scene.images), used_materials(scene)
     return [
         memo.get(("material", i), (item, images), lambda own, m=item: compile_material(m, scene.images, own), issues)
+        if every or i in worn
+        else unworn_program(item)
         for i, item in enumerate(scene.materials)
     ]
 

@@ -66,6 +66,9 @@ MATERIALS = {
 }
 
 
+SPARE = Material("Spare", textured())
+
+
 def place(x, y, z):
     """A lamp there that looks down."""
     matrix = np.eye(4)
@@ -103,7 +106,7 @@ def square(smooth=False):
 def scene(floor="Matte", wall="Matte", pane="Glass", lamps=("Area",), sky=0.0, **more):
     """A floor and a wall, a tilted smooth pane between them and the lamps, seen from above; 12 x 12 pixels.
 
-    more : aperture [m]; ghost: the pane casts no shadow.
+    more : aperture [m]; ghost: the pane casts no shadow; spare: there is a material that nothing wears.
     """
     names = list(dict.fromkeys((floor, wall, pane)))
     upright = np.array([[0, 0, -1, -1.0], [0, 1, 0, 0], [1, 0, 0, 1.0], [0, 0, 0, 1]])
@@ -117,7 +120,7 @@ def scene(floor="Matte", wall="Matte", pane="Glass", lamps=("Area",), sky=0.0, *
             Instance(0, np.eye(4), slot[0], "Floor"), Instance(0, upright, slot[1], "Wall"),
             Instance(1, tilted, slot[2], "Pane", visible_shadow=not more.get("ghost", False)),
         ],
-        materials=[Material(name, MATERIALS[name]) for name in names],
+        materials=[Material(name, MATERIALS[name]) for name in names] + more.get("spare", False) * [SPARE],
         lights=[LAMPS[name] for name in lamps],
         world=World("Sky", color=(sky, sky, sky)),
         camera=camera,

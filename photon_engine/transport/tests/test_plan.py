@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from ...film.passes import ALL_NAMES, LIGHT_NAMES
@@ -41,6 +41,7 @@ scenes = st.fixed_dictionaries(
         "sky": st.sampled_from([0.0, 0.5]),
         "aperture": st.sampled_from([0.0, 0.1]),
         "ghost": st.booleans(),
+        "spare": st.booleans(),
     }
 )
 choices = st.fixed_dictionaries(
@@ -56,11 +57,26 @@ choices = st.fixed_dictionaries(
 OTHER_NUMBERS = {"idle_lamps", "sun_rays"}
 
 
+# in one of these each of the others runs, in another it is left out
+RICH = (
+    {"floor": "Matte", "wall": "Matte", "pane": "Ink", "lamps": ["Bulb"], "sky": 0.5, "aperture": 0.1, "ghost": True,
+     "spare": True},
+    {"final_gather": "ALL", "diffuse_bounces": 64, "max_bounces": 64}, {"Depth"}, True,
+)  # fmt: skip
+PLAIN = (
+    {"floor": "Matte", "wall": "Polished", "pane": "Painted", "lamps": ["Point"], "sky": 0.0, "aperture": 0.0,
+     "ghost": False, "spare": False},
+    {"final_gather": "GLOSSY", "diffuse_bounces": 64, "max_bounces": 64}, {"Direct"}, False,
+)  # fmt: skip
+
+
 def test_the_plan_changes_no_bit():
     """And every decision is made both ways in some of these scenes."""
     decided = set()
 
     @given(scenes, choices, st.sets(st.sampled_from(ASKED), min_size=1, max_size=3), st.booleans())
+    @example(*RICH)
+    @example(*PLAIN)
     @settings(
         max_examples=40, deadline=None, derandomize=True, database=None, suppress_health_check=[HealthCheck.too_slow]
     )
@@ -77,7 +93,7 @@ def test_the_plan_changes_no_bit():
 
     check()
     missing = {(name, runs) for name in LABELS if name not in OTHER_NUMBERS for runs in (True, False)} - decided
-    assert missing == {("stray_photons", True)}  # only plan=off carries these
+    assert missing == {("stray_photons", True), ("unworn", True)}  # only plan=off does these
 
 
 def plan(data, outputs=frozenset(LIGHT_NAMES), **values):
@@ -108,6 +124,7 @@ LEFT_OUT = [
     ("media", {}, {}, "no inside absorbs"),
     ("lens", {}, {}, "pinhole"),
     ("textures", {}, {}, "no material varies"),
+    ("unworn", {"spare": True}, {}, "Spare"),
     ("guides", {}, {}, "nothing is denoised"),
     ("variance", {}, {}, "no map of the error"),
 ]
@@ -175,7 +192,7 @@ def test_a_lamp_out_of_reach_is_as_if_it_were_not_there():
     data = scene()
     data.lights = [there[0], here, *there[1:]]
     picture, renderer = render(data)
-    assert renderer.plan.idle_lamps.reason == "Spot, Area and 1 more shine past every surface"
+    assert renderer.plan.idle_lamps.reason == "Spot, Area and 1 more reach nothing that scatters light"
     assert len(renderer.scene.lights.kind) == 1
     for name, expected in render(scene(), plan=False)[0].items():
         np.testing.assert_array_equal(picture[name], expected)
