@@ -16,7 +16,7 @@ from ..film.output import OutputError
 from ..issues import RenderError
 from .metrics import Errors, errors
 from .plot import load_matplotlib, plot
-from .runs import CYCLES, CYCLES_DENOISED, OURS, OURS_DENOISED, Run, Task, cycles, ours, read_reference
+from .runs import CYCLES, CYCLES_DENOISED, OURS, OURS_DENOISED, SE, Run, Task, cycles, ours, read_reference
 
 Say = Callable[[str], None]
 SECONDS = (2.0, 4.0, 8.0, 16.0, 32.0)
@@ -121,11 +121,12 @@ def judge(engine: str, asked: float, result: Run, known: dict[str, np.ndarray]) 
     """The errors of a run's pictures, as one record each; components only of raw pictures of ours."""
     parts = [name for name in result.pictures if name in known and (name == "Combined" or engine == OURS)]
     shared = {"engine": engine, "asked_seconds": asked, "seconds": result.seconds, "setup_seconds": result.setup}
-    return [
-        {**shared, "part": name, **errors(result.pictures[name], known[name])._asdict(), "detail": result.detail}
+    found = {
+        name: errors(result.pictures[name], known[name], known.get(f"{name}{SE}"))
         for name in parts
         if name == "Combined" or known[name].any()
-    ]
+    }
+    return [{**shared, "part": name, **figures._asdict(), "detail": result.detail} for name, figures in found.items()]
 
 
 def table(points: list[dict[str, Any]]) -> str:

@@ -18,6 +18,7 @@ from ..issues import RenderError
 
 ROOT = Path(__file__).resolve().parents[2]
 OURS, OURS_DENOISED = "Photon Map", "Photon Map, denoised"
+SE = ".se"  # after the name of a reference's picture: its standard error
 CYCLES, CYCLES_DENOISED = "Cycles", "Cycles, denoised"
 
 
@@ -82,13 +83,26 @@ def read_rgb(path: Path) -> np.ndarray:
 
 
 def read_reference(path: Path) -> dict[str, np.ndarray]:
-    """Pictures of a reference: Combined, and light passes where it is a multilayer EXR of ours."""
+    """Pictures of a reference: Combined, and light passes where it is a multilayer EXR of ours.
+
+    Under "Combined.se" its standard error, where the file holds it.
+    """
     if not path.is_file():
         raise RenderError(str(path), "no such file", "check the path of --reference")
     pictures = read_exr(path)[0] if path.suffix.lower() == ".exr" else {}
     light = {name: picture[..., :3] for name, picture in pictures.items() if BY_NAME[name].is_light}
     light = {name: picture for name, picture in light.items() if name in ("Combined", *LIGHT_NAMES)}
-    return light if "Combined" in light else {"Combined": read_rgb(path)}
+    return light if "Combined" in light else {"Combined": read_rgb(path), **_read_se(path)}
+
+
+def _read_se(path: Path) -> dict[str, np.ndarray]:
+    """The standard error of a reference that holds it in channels se.R, se.G, se.B."""
+    source = oiio.ImageInput.open(str(path))
+    names = list(source.spec().channelnames)
+    wanted = [names.index(f"se.{letter}") for letter in "RGB" if f"se.{letter}" in names]
+    pixels = np.asarray(source.read_image(oiio.FLOAT), np.float32)
+    source.close()
+    return {f"Combined{SE}": np.ascontiguousarray(pixels[::-1][..., wanted])} if len(wanted) == 3 else {}
 
 
 def _call(command: list[str], blend: Path) -> None:

@@ -5,6 +5,7 @@ import json
 import sys
 
 import numpy as np
+import OpenImageIO as oiio
 import pytest
 
 from ...film.exr import write_exr
@@ -36,6 +37,26 @@ def test_errors_are_their_definitions():
     assert found.mean_ratio == pytest.approx(1.0 + part / 0.5, rel=1e-6)
     assert found.p99 == pytest.approx(0.26**-0.5, rel=1e-6) and 0.0 < found.FLIP < 0.2
     assert errors(reference, reference) == (0.0, 0.0, 1.0, 0.0, 0.0)
+
+
+def test_noise_of_the_reference_is_not_told_as_the_pictures(tmp_path):
+    rng = np.random.default_rng(1)
+    size, se = (128, 128, 3), np.full((128, 128, 3), 0.03, np.float32)
+    reference = (0.5 + 0.03 * rng.normal(size=size)).astype(np.float32)
+    x = (0.5 + 0.03 * rng.normal(size=size)).astype(np.float32)
+    found = errors(x, reference, se)
+    # the mean of 49152 squares is known to 0.6%, half of it to 1.3%; noise in the divisor adds 3%
+    assert found.RMSE == pytest.approx(0.03, rel=0.02) and errors(x, reference).RMSE > 0.04
+    assert found.relMSE == pytest.approx(0.03**2 / 0.26, rel=0.06)
+    layers = np.concatenate([reference, se], axis=2)[::-1]
+    spec = oiio.ImageSpec(128, 128, 6, "float")
+    spec.channelnames = ("R", "G", "B", "se.R", "se.G", "se.B")
+    out = oiio.ImageOutput.create(str(tmp_path / "known.exr"))
+    assert out.open(str(tmp_path / "known.exr"), spec) and out.write_image(np.ascontiguousarray(layers))
+    out.close()
+    known = read_reference(tmp_path / "known.exr")
+    np.testing.assert_array_equal(known["Combined"], reference)
+    np.testing.assert_array_equal(known["Combined.se"], se)
 
 
 def test_other_size_is_refused_with_the_remedy():
