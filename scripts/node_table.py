@@ -32,6 +32,8 @@ OLD_ONLY = {
 }  # fmt: skip
 # what a supported node does otherwise; renders report it too
 PARTLY = {
+    "ShaderNodeAmbientOcclusion": "all objects occlude, also those that cast no shadows",
+    "ShaderNodeBevel": "after a diffuse bounce the surface's own normal",
     "ShaderNodeBsdfPrincipled": "subsurface as diffuse, but of thin walls",
     "ShaderNodeSubsurfaceScattering": "as diffuse",
     "ShaderNodeVolumeScatter": "only what it absorbs",

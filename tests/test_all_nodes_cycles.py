@@ -26,8 +26,9 @@ ENGINE = {
     "ShaderNodeObjectInfo", "ShaderNodeParticleInfo", "ShaderNodePointInfo", "ShaderNodeTangent", "ShaderNodeTexCoord",
     "ShaderNodeUVMap", "ShaderNodeVectorTransform", "ShaderNodeVertexColor", "ShaderNodeWireframe",
 }
-# their own tests: of a surface, a lamp, and of hashes that no neighbouring float shares
+# their own tests: of a surface, a lamp, rays, and of hashes that no neighbouring float shares
 ELSEWHERE = {
+    "ShaderNodeAmbientOcclusion", "ShaderNodeBevel",
     "ShaderNodeBump", "ShaderNodeDisplacement", "ShaderNodeLightFalloff", "ShaderNodeTexWhiteNoise",
     "ShaderNodeVectorDisplacement",
 }
@@ -105,6 +106,8 @@ def build_with(kind: str, setting: str, choice: str):
 def test_node(patch, kind):
     """All settings and all inputs of a node, one after the other."""
     for setting, choice in variants(kind):
+        if (kind, choice) == ("ShaderNodeTexImage", "CLIP") and bpy.app.version < (5, 0):
+            continue  # without an image 4.5 leaves its outputs unwritten: they show what another node left there
         compare = patch.compare_engine if kind in ENGINE else patch.compare
         try:
             # edges of cells, bricks and steps: at most two rows of pixels

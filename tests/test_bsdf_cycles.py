@@ -25,6 +25,7 @@ SAMPLES = 256  # Cycles', for each pixel: 9000 in each patch
 OURS = 100_000
 # with 16 times the samples the worst patch is 0.001 off; at these counts noise alone reaches 0.004
 TOLERANCE = 0.01
+OLD_FILMS = 0.02  # Blender 4.5 takes the eye's curves for sums of Gaussians: colours of films are 1.5% off
 TINT = [0.9, 0.5, 0.2]
 GREY = [0.8, 0.8, 0.8]
 AXIS = object()  # stands for a linked world x axis
@@ -341,6 +342,6 @@ def test_albedo(tmp_path, degrees, back):
         error = np.abs(ours - theirs[name]) / np.maximum(theirs[name], 0.2)
         if degrees > 70.0 and name in WRONG_IN_CYCLES:
             continue
-        if error.max() > TOLERANCE:
+        if error.max() > (OLD_FILMS if name in FILMS and bpy.app.version < (5, 0) else TOLERANCE):
             lines.append(f"{name}: ours {ours.round(4)} Cycles {theirs[name].round(4)} error {error.max():.3f}")
     assert not lines, "\n".join(lines)

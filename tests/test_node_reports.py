@@ -111,7 +111,7 @@ def ramp_value(patch) -> np.ndarray:
 
 def test_the_engine_names_what_it_cannot_do_once(patch):
     """One message for a material on two objects."""
-    patch.wire(lambda tree: tree.nodes.new("ShaderNodeAmbientOcclusion").outputs["AO"])
+    patch.wire(lambda tree: tree.nodes.new("ShaderNodeVolumeInfo").outputs["Density"])
     twin = patch.object.copy()
     patch.scene.collection.objects.link(twin)
     graph = bpy.context.evaluated_depsgraph_get()
@@ -121,4 +121,4 @@ def test_the_engine_names_what_it_cannot_do_once(patch):
     renderer.prepare(lambda text: None)
     renderer.close()
     bpy.data.objects.remove(twin)
-    assert [str(issue).count("ShaderNodeAmbientOcclusion is not supported") for issue in issues] == [1]
+    assert [str(issue).count("ShaderNodeVolumeInfo is not supported") for issue in issues] == [1]

@@ -128,9 +128,9 @@ def test_inside_a_group(patch):
 def test_nodes_keep_their_names(patch):
     """What is reported names the node, not the number that Blender gave it while it resolved the tree."""
     def build(tree):
-        value = feed(tree, tree.nodes.new("ShaderNodeAmbientOcclusion"), Distance=1.0)
+        value = tree.nodes.new("ShaderNodeVolumeInfo")
         value.name = "Dirt"
-        return repeat(tree, value.outputs["AO"], 2)
+        return repeat(tree, value.outputs["Density"], 2)
 
     patch.wire(build)
     _, issues = patch.ours()

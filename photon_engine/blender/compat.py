@@ -16,6 +16,9 @@ DEFAULT_PRINCIPLED = ALWAYS_NODES
 # since 5.0 Cycles multiplies an image by its alpha as the image's mode says, before as its file format stores it
 ALPHA_BY_MODE = ALWAYS_NODES
 
+# before 5.0 the cubic through a photometric file saw nothing beyond the first and the last angle
+IES_DARK_BEYOND = not ALWAYS_NODES
+
 # since 5.0 Voronoi cells are hashed as integers by PCG, before as floats by Jenkins' hash
 VORONOI_WORD_HASH = ALWAYS_NODES
 

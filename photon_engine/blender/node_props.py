@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 from mathutils import Euler
 
-from .compat import VORONOI_WORD_HASH
+from .compat import IES_DARK_BEYOND, VORONOI_WORD_HASH
 from .images import ImageTable
 
 RAMP_SIZE = 256  # entries of a sampled ramp or curve, as in Cycles
@@ -61,10 +61,13 @@ def node_props(node: Any, images: ImageTable) -> dict[str, Any]:
             _pointer(props, name, node, images)
     if node.bl_idname == "ShaderNodeTexVoronoi":
         props["word_hash"] = VORONOI_WORD_HASH
+    if node.bl_idname == "ShaderNodeAmbientOcclusion":
+        world = bpy.context.scene.world
+        props["world_distance"] = world.light_settings.distance if world is not None else 10.0
     if node.bl_idname == "GeometryNodeInputSceneTime":
         props |= scene_time(images)
     if node.bl_idname == "ShaderNodeTexIES":
-        props["text"] = photometric_text(node)
+        props |= {"text": photometric_text(node), "dark_beyond": IES_DARK_BEYOND}
     if node.bl_idname in ("ShaderNodeValue", "ShaderNodeRGB", "ShaderNodeNormal"):
         value = node.outputs[0].default_value
         props["value"] = float(value) if node.bl_idname == "ShaderNodeValue" else [float(c) for c in value]

@@ -15,8 +15,6 @@ MIDDLE = 0.5  # of an unknown texture
 COLOR_INPUTS = ("Base Color", "Color")
 # nodes that are known and left out, with the reason
 NOT_SUPPORTED = {
-    "ShaderNodeAmbientOcclusion": "traces rays while shading",
-    "ShaderNodeBevel": "traces rays while shading",
     "ShaderNodeRaycast": "traces rays while shading",
     "ShaderNodeRadialTiling": "not yet",
     "ShaderNodeBsdfHair": "hair is not supported yet",

@@ -120,8 +120,13 @@ def _from_c(vertical, horizontal, values):
     return vertical, horizontal, values
 
 
-def look_up(table: Photometry, horizontal: np.ndarray, vertical: np.ndarray) -> np.ndarray:
-    """Intensities (n,) f32 at angles (n,) [rad], cubic along both [Catmull and Rom 1974]; 0 out of range."""
+def look_up(
+    table: Photometry, horizontal: np.ndarray, vertical: np.ndarray, dark_beyond: bool = False
+) -> np.ndarray:
+    """Intensities (n,) f32 at angles (n,) [rad], cubic along both [Catmull and Rom 1974]; 0 out of range.
+
+    dark_beyond : what the cubic would need beyond the first and last angle is 0, as Blender 4.5 has it
+    """
     v, h = table.vertical, table.horizontal
     inside = (vertical >= v[0]) & (vertical < v[-1]) & (horizontal >= h[0]) & (horizontal < h[-1])
     i, s = _cell(v, vertical)
@@ -134,11 +139,17 @@ def look_up(table: Photometry, horizontal: np.ndarray, vertical: np.ndarray) -> 
     before = np.maximum(j - 1, 0)
     after = np.where(j + 2 < m, j + 2, j)  # where nothing follows, the first of the two again
 
+    beyond = np.zeros((4, len(i)), bool)
+    if dark_beyond:
+        beyond = np.stack([(i == 0) & (v[0] >= TINY), i + 2 >= n, j == 0, j + 2 >= m])
+
     def column(k):
         values = table.intensity
-        return _cubic((values[k, low], values[k, i], values[k, i + 1], values[k, high]), s)
+        first, last = np.where(beyond[0], 0.0, values[k, low]), np.where(beyond[1], 0.0, values[k, high])
+        return _cubic((first, values[k, i], values[k, i + 1], last), s)
 
-    value = _cubic((column(before), column(j), column(j + 1), column(after)), t)
+    first, last = np.where(beyond[2], 0.0, column(before)), np.where(beyond[3], 0.0, column(after))
+    value = _cubic((first, column(j), column(j + 1), last), t)
     return np.where(inside, np.maximum(value, 0.0), 0.0).astype(f32)
 
 

@@ -53,6 +53,20 @@ class Around(Protocol):
         ...
 
 
+class Rays(Protocol):
+    """Ray queries in the world from shaded points; d (n, 3) need not be unit, t_max (n,) is in its lengths."""
+
+    def free(self, points: ShadePoints, d: np.ndarray, t_max: np.ndarray, own: bool) -> np.ndarray:
+        """(n,) bool: nothing, or with `own` nothing of the point's own object, within t_max along d."""
+        ...
+
+    def crossings(
+        self, points: ShadePoints, o: np.ndarray, d: np.ndarray, t_max: np.ndarray, most: int
+    ) -> list[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
+        """(index, p, ng, ns) of the first, second, ... crossings of rays from o with the points' own objects."""
+        ...
+
+
 @dataclass
 class ShadePoints:
     """n hits of one material. Only what the program's `needs` names has to be filled in beyond the first five.
@@ -82,6 +96,7 @@ class ShadePoints:
     ray_length: np.ndarray | None = None  # (n,) f32, of an eye path's last ray [m]
     is_photon: bool = False  # the path came from a light
     is_shadow: bool = False  # only transparency is asked
+    rays: Any = None  # Rays: what lies near ("rays" in needs); None: nothing is known, as before a scene has its tree
     around: Any = None  # Around: neighbours for bump ("bump" in needs); None: there is no telling a slope
 
     def __len__(self) -> int:

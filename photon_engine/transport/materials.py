@@ -16,6 +16,7 @@ from ..scene.data import SceneData
 from ..shading.points import ObjectTable, ShadePoints, probe_points
 from ..shading.program import Program
 from .attributes import Neighbours, fill_attributes
+from .node_rays import NodeRays
 
 DEFAULT_GREY = 0.8  # what Blender shows for a slot without a material
 
@@ -39,8 +40,16 @@ def only_rough(program: Program, threshold: float) -> bool:
 class MaterialTable:
     """The programs of a scene's materials; row M is the default material."""
 
-    def __init__(self, scene: SceneData, flat: Flattened, threshold: float, programs: list[Program]) -> None:
-        """programs : of scene.materials;  threshold : roughness below which a lobe is sharp."""
+    def __init__(
+        self,
+        scene: SceneData,
+        flat: Flattened,
+        threshold: float,
+        programs: list[Program],
+        rays: NodeRays | None = None,
+    ) -> None:
+        """programs : of scene.materials;  threshold : roughness below which a lobe is sharp;  rays : of their nodes."""
+        self.rays = rays
         self.scene = scene
         self.flat = flat
         self.programs = programs
@@ -118,6 +127,7 @@ class MaterialTable:
             **path,
         )
         fill_attributes(points, program.needs, self.scene, self.flat, hits)
+        points.rays = self.rays if "rays" in program.needs else None
         if "bump" in program.needs:
             points.around = Neighbours(points, program.needs, self.scene, self.flat, hits)
         return pack(program.lobes(points), n, self.slots)

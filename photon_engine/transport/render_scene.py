@@ -25,6 +25,7 @@ from .displace import displaced
 from .eye_batch import EyeRules
 from .materials import MaterialTable
 from .media import absorb, inside_at
+from .node_rays import NodeRays
 from .photon_kernels import Laws, Surfaces
 from .standing import (
     absorbing_media,
@@ -62,7 +63,9 @@ class RenderScene:
         self.intersector = kept.intersector()
         stage("Compiling materials")
         programs = material_programs(memo, scene, not settings.plan, issues)
-        self.materials = MaterialTable(scene, self.flat, settings.specular_threshold, programs)
+        self.materials = MaterialTable(
+            scene, self.flat, settings.specular_threshold, programs, NodeRays(self.flat, self.intersector)
+        )
         stage("Preparing lights")
         facts = survey(scene, settings.specular_threshold, programs, reach=settings.plan)
         self.emitters = glowing_triangles(memo, scene, self.flat, self.materials)

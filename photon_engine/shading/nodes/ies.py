@@ -37,5 +37,6 @@ def ies_texture(x, props, points):
         value = np.full(1, MISSING, f32)
     else:
         down = np.arccos(np.clip(-vector[2], -1.0, 1.0))
-        value = look_up(table, np.arctan2(vector[0], vector[1]) + f32(np.pi), down)
+        around = np.arctan2(vector[0], vector[1]) + f32(np.pi)
+        value = look_up(table, around, down, bool(props.get("dark_beyond")))
     return {name: value * x["Strength"] for name in ("Fac", "Factor")}

@@ -1,0 +1,84 @@
+"""Rays that nodes send from the points they shade: Ambient Occlusion and Bevel."""
+
+from __future__ import annotations
+
+from threading import Lock
+
+import numpy as np
+
+from ..geometry.flatten import Flattened
+from ..geometry.intersect import Intersector
+from ..geometry.surface import RELATIVE_OFFSET, surface_points
+
+f32 = np.float32
+
+
+class NodeRays:
+    """Ray queries of a scene, in world coordinates. Trees of single instances are made when first asked for."""
+
+    def __init__(self, flat: Flattened, intersector: Intersector) -> None:
+        self.flat = flat
+        self.intersector = intersector
+        self._own: dict[int, Intersector] = {}
+        self._lock = Lock()
+
+    def free(self, points, d: np.ndarray, t_max: np.ndarray, own: bool) -> np.ndarray:
+        """Whether nothing lies within t_max (n,) [m] along d (n, 3) of the points; own: nothing of the same object."""
+        o = self._leaving(points, d)
+        d, t_max = np.ascontiguousarray(d, f32), np.ascontiguousarray(t_max, f32)
+        if not own:
+            return ~self.intersector.occluded(o, d, t_max)
+        out = np.ones(len(o), bool)
+        for instance in np.unique(points.instance):
+            index = np.flatnonzero(points.instance == instance)
+            out[index] = ~self._tree(int(instance)).occluded(o[index], d[index], t_max[index])
+        return out
+
+    def crossings(self, points, o: np.ndarray, d: np.ndarray, t_max: np.ndarray, most: int) -> list[tuple]:
+        """The points' own objects along rays o + t d in the world: up to `most` lists (index, p, ng, ns) of crossings.
+
+        p, ng, ns (k, 3) f32, in the world; normals face outward.
+        """
+        found = []
+        start = np.ascontiguousarray(o - self.flat.origin, f32)
+        d, left = np.ascontiguousarray(d, f32), np.ascontiguousarray(t_max, f32).copy()
+        alive = np.arange(len(o))
+        for _ in range(most):
+            prim, u, v, t = (np.empty(len(alive), kind) for kind in (np.int32, f32, f32, f32))
+            for instance in np.unique(points.instance[alive]):
+                mine = np.flatnonzero(points.instance[alive] == instance)
+                rays = alive[mine]
+                hits = self._tree(int(instance)).closest(start[rays], d[rays], left[rays])
+                first = np.int32(self.flat.first_triangle[instance])
+                prim[mine] = np.where(hits.prim >= 0, hits.prim + first, -1)
+                u[mine], v[mine], t[mine] = hits.u, hits.v, hits.t
+            met = prim >= 0
+            alive = alive[met]
+            if not len(alive):
+                break
+            p, ng, ns = (np.empty((len(alive), 3), f32) for _ in range(3))
+            surface_points(self.flat.geometry, prim[met], u[met], v[met], p, ng, ns)
+            found.append((alive, (p + self.flat.origin).astype(f32), ng, ns))
+            step = t[met] + RELATIVE_OFFSET * np.abs(start[alive]).max(axis=1).clip(self.flat.radius * 0.125)
+            start[alive] += step[:, None].astype(f32) * d[alive]
+            left[alive] -= step
+            alive = alive[left[alive] > 0.0]
+        return found
+
+    def _leaving(self, points, d: np.ndarray) -> np.ndarray:
+        """Origins (n, 3) f32, recentred, of rays along d, off the surface as `geometry.surface.offset_origin` does."""
+        p = points.p - self.flat.origin
+        corners = points.corners
+        reach = 0.5 * np.ptp(corners, axis=1).max(axis=1)
+        size = np.maximum(np.abs(p).max(axis=1), 0.125 * reach)
+        side = np.copysign(RELATIVE_OFFSET * size, (d * points.ng).sum(axis=1))
+        return np.ascontiguousarray(p + side[:, None] * points.ng, f32)
+
+    def _tree(self, instance: int) -> Intersector:
+        """Embree over one instance."""
+        with self._lock:
+            if instance not in self._own:
+                first, last = self.flat.first_triangle[instance : instance + 2]
+                triangles = np.ascontiguousarray(self.flat.geometry.triangles[first:last])
+                self._own[instance] = Intersector(self.flat.geometry._replace(triangles=triangles))
+            return self._own[instance]
