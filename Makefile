@@ -18,7 +18,7 @@ help:
 	@echo "make test     run the tests (ARGS='-k name' for some of them)"
 	@echo "make lint     ruff, the layer contract, types, file sizes"
 	@echo "make bench    measure speed, as JSON"
-	@echo "make stability  extreme scenes, each with its law (ARGS='lights camera' for some families)"
+	@echo "make stability  extreme scenes, each with its law (ARGS='lights camera': some families, --markdown: into the docs)"
 	@echo "make package  build the extension's zip in dist/"
 
 setup:

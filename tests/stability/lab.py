@@ -48,6 +48,7 @@ class Finding(NamedTuple):
     good: bool
     figure: str  # the measured number and its bound
     seconds: float  # of the processor
+    used: float = float("nan")  # of what is allowed, where that is a number
 
 
 class Case(NamedTuple):
@@ -114,13 +115,15 @@ def same_randoms(one: Shot, two: Shot, factor: float = 1.0, allowed: float = 0.0
     good = bool((gap <= np.maximum(allowed * scale, noise)).all()) and scale > 0.0
     good = good and abs(b.mean() / factor / scale - 1.0) <= allowed
     mean = abs(b.mean() / factor / scale - 1.0)
-    return Finding(good, f"largest block off by {worst:.1e}, mean by {mean:.1e}", two.seconds)
+    used = max(float((gap / np.maximum(allowed * scale, noise)).max()), mean / allowed)
+    return Finding(good, f"largest block off by {worst:.1e}, mean by {mean:.1e}", two.seconds, used)
 
 
 def within(value: float, expected: float, tolerance: float, seconds: float, what: str = "value") -> Finding:
     """A number against a law."""
     off = abs(value / expected - 1.0) if expected else abs(value)
-    return Finding(off <= tolerance, f"{what} {value:.5g}, expected {expected:.5g} within {tolerance:.1%}", seconds)
+    text = f"{what} {value:.5g}, expected {expected:.5g} within {tolerance:.1%}"
+    return Finding(off <= tolerance, text, seconds, off / tolerance)
 
 
 def level(shot: Shot, expected: float, allowed: float, name: str = "Combined", most_noise: float = 0.02) -> Finding:
@@ -134,7 +137,7 @@ def level(shot: Shot, expected: float, allowed: float, name: str = "Combined", m
     good = bool((gap <= allowed + 4.0 * errors / expected).all()) and noise <= most_noise
     mean = float(means.mean())
     text = f"mean {mean:.5g} of {expected:.5g}, largest block off by {gap.max():.1e}, noise {noise:.1e}"
-    return Finding(good, text, shot.seconds)
+    return Finding(good, text, shot.seconds, float((gap / (allowed + 4.0 * errors / expected)).max()))
 
 
 def average(shot: Shot, name: str, expected: float, allowed: float, most_noise: float = 0.03) -> Finding:
@@ -144,9 +147,10 @@ def average(shot: Shot, name: str, expected: float, allowed: float, most_noise: 
     """
     means = shot.passes[name].mean(axis=(1, 2, 3))
     value, noise = float(means.mean()), float(means.std(ddof=1) / np.sqrt(len(means)) / expected)
-    good = abs(value / expected - 1.0) <= allowed + 4.0 * noise and noise <= most_noise
+    used = abs(value / expected - 1.0) / (allowed + 4.0 * noise)
+    good = used <= 1.0 and noise <= most_noise
     text = f"{value:.5g}, expected {expected:.5g}: off by {value / expected - 1.0:+.1%}, noise {noise:.1%}"
-    return Finding(good, text, shot.seconds)
+    return Finding(good, text, shot.seconds, used)
 
 
 def told(shot: Shot, *words: str) -> bool:

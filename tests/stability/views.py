@@ -45,6 +45,20 @@ for width, height in ((1, 1), (1, 4096), (4096, 1), (3, 200)):
     _size(width, height, short=width == height)
 
 
+@case("camera", "pixel aspect 10", "rows of ten of a plain render's pixels: the same light", short=True)
+def tall_pixels() -> Finding:
+    """A tenth of the rows over the same view."""
+    scenes = [plain() for _ in range(2)]
+    for scene, height in zip(scenes, (SIZE, SIZE // 10 + 1), strict=True):
+        scene.frame.height = scene.frame.y1 = height
+        scene.camera.window = (-0.34, 0.34, -0.34, 0.34)
+    square, tall = (shoot(scene, 16, light_samples=4) for scene in scenes)
+    names = ("Direct", "Diffuse")
+    a, b = (sum(shot.passes[name].mean(axis=(1, 2, 3)) for name in names) for shot in (square, tall))
+    noise = 4.0 * np.hypot(a.std(ddof=1), b.std(ddof=1)) / np.sqrt(len(a)) / a.mean()
+    return within(float(b.mean()), float(a.mean()), 0.02 + noise, tall.seconds, "light")
+
+
 def _lens(millimetres: float) -> None:
     @case("camera", f"{millimetres:g} mm", "the floor's radiance does not depend on the lens")
     def check() -> Finding:
