@@ -16,7 +16,6 @@ COLOR_INPUTS = ("Base Color", "Color")
 # nodes that are known and left out, with the reason
 NOT_SUPPORTED = {
     "ShaderNodeRaycast": "traces rays while shading",
-    "ShaderNodeRadialTiling": "not yet",
     "ShaderNodeBsdfHair": "hair is not supported yet",
     "ShaderNodeBsdfHairPrincipled": "hair is not supported yet",
     "ShaderNodeBsdfRayPortal": "portals are not supported yet",

@@ -16,6 +16,7 @@ from . import (
     shaders,
     sky_texture,
     spectra,
+    tiling,
     vectors,
     volumes,
 )
@@ -36,6 +37,7 @@ __all__ = [
     "shaders",
     "sky_texture",
     "spectra",
+    "tiling",
     "vectors",
     "volumes",
 ]
