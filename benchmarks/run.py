@@ -49,7 +49,8 @@ def photon_pass(renderer, mode: int, iteration: int, pool) -> tuple[float, int]:
     from photon_engine.transport.photon_pass import run_for, trace_photons
 
     start = time.perf_counter()
-    _, _, rays = trace_photons(renderer.scene, pool, run_for(renderer.settings, iteration, mode), lambda: False)
+    run = run_for(renderer.settings, iteration, mode)
+    _, _, rays = trace_photons(renderer.scene, pool, run, lambda: False, renderer.rooms)
     return time.perf_counter() - start, rays
 
 

@@ -183,7 +183,7 @@ def make_plan(
     )
 
 
-PAST = [(True, "caustic photons that miss every specular object's box, others that miss all objects'")]
+PAST = [(True, "where many are, caustic photons that miss every specular object's box, others that miss all objects'")]
 NO_LIGHT = "nothing shines"
 NO_ROUGH = "no rough surface to receive light"
 

@@ -14,7 +14,9 @@ from ..jit import inlined, kernel
 from ..photons.batch import Photons, head
 from ..vec import load3, madd, store3
 
-MOST_BOXES = 8  # more objects are taken together: a box costs a new photon 5 ns
+MOST_BOXES = 8  # more objects are taken together
+# photons of a chunk that are tried; where fewer than this share of them fly past, their rays cost less than the test
+TRIED, WORTH = 1024, 0.25
 LANES = 32  # photons at a time
 # columns of work space: origins, inverses of directions, whether a box was met
 ORIGIN, INVERSE, MEETS = 0, 3 * LANES, 6 * LANES
@@ -41,6 +43,8 @@ def boxes_of(positions: np.ndarray, triangles: np.ndarray, group: np.ndarray) ->
 def keep_those_that_meet(boxes: np.ndarray, radius: float, photons: Photons, lost: np.ndarray) -> Photons:
     """The photons whose rays meet one of the boxes (n, 2, 3), in their order; the arrays are compacted in place.
 
+    All of them where hardly any flies past: in a closed room the test would be in vain.
+
     radius : of the scene [m];  lost : (3,) f64, the flux of the others is added
     """
     lanes = np.zeros(N_COLUMNS * LANES)
@@ -54,17 +58,23 @@ def widened(boxes: np.ndarray, pad: float) -> np.ndarray:
 
 @kernel
 def compact(boxes, lanes, photons, lost):
-    """Move photons that meet a box to the front; out: how many. lanes : work space (N_COLUMNS * LANES,)."""
-    kept, past = 0, (0.0, 0.0, 0.0)
+    """Move photons that meet a box to the front; out: how many, all where few of the first ones do not.
+
+    lanes : work space (N_COLUMNS * LANES,)
+    """
     n = len(photons.key)
+    tried = min(n, TRIED)
+    missing = 0
+    for first in range(0, tried, LANES):
+        note_all(boxes, lanes, photons, first)
+        for j in range(min(LANES, tried - first)):
+            missing += 0 if lanes[MEETS + j] > 0.0 else 1
+    if missing < WORTH * tried:
+        return n
+    kept, past = 0, (0.0, 0.0, 0.0)
     for first in range(0, n, LANES):
-        count = min(LANES, n - first)
-        load_rays(lanes, photons, first, count)
-        for j in range(LANES):
-            lanes[MEETS + j] = 0.0
-        for b in range(len(boxes)):
-            note_meetings(lanes, boxes, b)
-        for j in range(count):  # all are written, and only those counted: branches would be mispredicted
+        note_all(boxes, lanes, photons, first)
+        for j in range(min(LANES, n - first)):  # all are written, only some counted: branches would be mispredicted
             move(photons, first + j, kept)
             meets = lanes[MEETS + j] > 0.0
             past = madd(past, 0.0 if meets else 1.0, load3(photons.phi, first + j))
@@ -72,6 +82,16 @@ def compact(boxes, lanes, photons, lost):
     for c in range(3):
         lost[c] += past[c]
     return kept
+
+
+@inlined
+def note_all(boxes, lanes, photons, first):
+    """Mark which of the photons from `first` on, as many as there are lanes, meet a box."""
+    load_rays(lanes, photons, first, min(LANES, len(photons.key) - first))
+    for j in range(LANES):
+        lanes[MEETS + j] = 0.0
+    for b in range(len(boxes)):
+        note_meetings(lanes, boxes, b)
 
 
 @inlined

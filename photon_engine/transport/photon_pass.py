@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..photons.batch import Deposits, Photons, empty_deposits, empty_photons, head, join
+from ..photons.room import Room
 from ..sampling.rng import STREAM_CAUSTIC, STREAM_DIFFUSE, STREAM_EYE, make_key
 from ..sampling.sobol import sobol
 from .cull import keep_those_that_meet
@@ -59,11 +60,20 @@ class PhotonRun:
         self.points = emission_numbers(total)
 
 
+class Rooms:
+    """Memory for the runs of a render, one after another."""
+
+    def __init__(self) -> None:
+        self.deposits = Room()
+        self.left = Room()
+
+
 def trace_photons(
-    scene: RenderScene, pool: Executor, run: PhotonRun, cancelled: Callable[[], bool]
+    scene: RenderScene, pool: Executor, run: PhotonRun, cancelled: Callable[[], bool], rooms: Rooms | None = None
 ) -> tuple[Deposits, np.ndarray, int]:
     """All photons of a run; the result does not depend on the pool.
 
+    rooms : for memory that is used again; the deposits are valid until the next run with them
     out : deposits; energy tally (4, 3) [W]: emitted, absorbed, escaped, dropped; how many rays were traced.
     """
     deposits, tally, rays = [empty_deposits(0)], np.zeros((4, 3)), 0
@@ -75,11 +85,11 @@ def trace_photons(
         deposits += [item.deposits for item in carried]
         tally = sum((item.tally for item in carried), tally)
         rays += sum(item.rays for item in carried)
-        left = join([item.left for item in carried])
+        left = (rooms.left.join if rooms else join)([item.left for item in carried])
         waiting = [Photons(*(field[part.start : part.stop] for field in left)) for part in deal(len(left.key))]
     for photons in waiting:
         add_up(photons.phi, tally[DROPPED])
-    return join(deposits), tally, rays
+    return (rooms.deposits.join if rooms else join)(deposits), tally, rays
 
 
 def deal(total: int) -> list[range]:

@@ -33,7 +33,7 @@ from .eye_pass import EyeRun, Maps, render_tiles
 from .gather_kernels import Radius
 from .lamp_edges import find_edges
 from .photon_kernels import DROPPED, EMITTED
-from .photon_pass import run_for, trace_photons
+from .photon_pass import Rooms, run_for, trace_photons
 from .photon_rules import CAUSTIC, DIFFUSE, GLOBAL
 from .pilot import FINEST, Pilot, Reach, gather_mode, run_pilot
 from .render_scene import RenderScene
@@ -78,6 +78,7 @@ class Renderer:
         self.settings = settings = settings.resolved()
         self.issues = issues
         self.statistics: dict = {"seconds": {}, "photons": {}, "rays": {}, "flux": {}, "map_bytes": 0, "radii": {}}
+        self.rooms = Rooms()  # deposits are sorted into a map before the next are traced
         self._capped: set[str] = set()  # maps whose photons were reported to reach the cap of bounces
         self._compiled = compile_seconds()
         self._pool = ThreadPoolExecutor(settings.threads or os.cpu_count() or 1, thread_name_prefix="photon-map")
@@ -237,7 +238,7 @@ class Renderer:
         start = time.perf_counter()
         name = "caustic" if mode == CAUSTIC else "diffuse"
         run = run_for(self.settings, part.i, mode, part.group, part.groups[0 if mode == CAUSTIC else 1])
-        deposits, tally, rays = trace_photons(self.scene, self._pool, run, cancelled)
+        deposits, tally, rays = trace_photons(self.scene, self._pool, run, cancelled, self.rooms)
         self._count(f"trace {name}", start)
         self.statistics["rays"][name] = self.statistics["rays"].get(name, 0) + rays
         self.statistics["photons"][name] = self.statistics["photons"].get(name, 0) + len(deposits.wi)

@@ -267,6 +267,20 @@ def test_photons_that_pass_all_boxes_are_not_carried():
     np.testing.assert_allclose(lost, before.phi.sum(axis=0) - before.phi[index].sum(axis=0), rtol=1e-4)
 
 
+def test_all_photons_are_carried_where_few_pass_the_boxes():
+    """One in ten: the test would cost more than their rays."""
+    boxes = np.array([[[-1.0, -1.0, 0.0], [1.0, 1.0, 0.0]]])
+    n = 3000
+    photons, lost = empty_photons(n), np.zeros(3)
+    photons.o[:], photons.d[:], photons.phi[:] = [0.0, 0.0, 1.0], [0.0, 0.0, -1.0], 1.0
+    photons.d[::10] = [0.0, 0.0, 1.0]
+    photons.key[:] = np.arange(n)
+    assert len(keep_those_that_meet(boxes, 1.0, photons, lost).key) == n and not lost.any()
+    photons.d[::2] = [0.0, 0.0, 1.0]
+    assert keep_those_that_meet(boxes, 1.0, photons, lost).key.tolist() == list(range(1, n, 2))
+    np.testing.assert_array_equal(lost, n / 2)
+
+
 def test_narrow_surfaces_seen_by_a_final_gather_need_all_light():
     """What they reflect is in Diffuse, whatever else is asked for: caustics and shadows through glass too."""
     which = {"floor": "Polished", "wall": "Polished", "pane": "Glass", "ghost": True}
