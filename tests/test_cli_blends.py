@@ -57,7 +57,7 @@ node = cube_node("ShaderNodeTexImage")
 node.image = bpy.data.images.new("wood.png", 4, 4)
 node.image.source = "FILE"; node.image.filepath = "//missing/wood.png"
 save("missing_texture")
-cube_node("ShaderNodeAmbientOcclusion").name = "My Shade"
+cube_node("ShaderNodeShaderToRGB").name = "My Shade"  # of EEVEE alone
 save("unknown_node")
 
 fresh("x"); save("library")
