@@ -33,6 +33,7 @@ OLD_ONLY = {
 # what a supported node does otherwise; renders report it too
 PARTLY = {
     "ShaderNodeAmbientOcclusion": "all objects occlude, also those that cast no shadows",
+    "ShaderNodeRaycast": "no attributes of what it hits",
     "ShaderNodeBevel": "after a diffuse bounce the surface's own normal",
     "ShaderNodeBsdfPrincipled": "subsurface as diffuse, but of thin walls",
     "ShaderNodeSubsurfaceScattering": "as diffuse",

@@ -28,7 +28,7 @@ ENGINE = {
 }
 # their own tests: of a surface, a lamp, rays, and of hashes that no neighbouring float shares
 ELSEWHERE = {
-    "ShaderNodeAmbientOcclusion", "ShaderNodeBevel",
+    "ShaderNodeAmbientOcclusion", "ShaderNodeBevel", "ShaderNodeRaycast",
     "ShaderNodeBump", "ShaderNodeDisplacement", "ShaderNodeLightFalloff", "ShaderNodeTexWhiteNoise",
     "ShaderNodeVectorDisplacement",
 }

@@ -82,6 +82,22 @@ def test_bevel(patch, radius, linked):
     compare(patch, build, 0.03)
 
 
+@pytest.mark.skipif(not hasattr(bpy.types, "ShaderNodeRaycast"), reason="Blender 5.1 has it first")
+@pytest.mark.parametrize("output", ["Is Hit", "Self Hit", "Hit Distance", "Hit Position", "Hit Normal"])
+@pytest.mark.parametrize("linked", [[], ["Direction"], ["Position", "Direction"]], ids=str)
+@pytest.mark.parametrize("local", [False, True])
+def test_raycast(patch, output, linked, local):
+    """From the surface or from anywhere, near objects or the own one; outlines are edges."""
+    def build(tree):
+        node = feed(tree, new(tree, "ShaderNodeRaycast", only_local=local), Length=0.9)
+        ways = {"Direction": ((-0.6, -0.5, 0.3), (0.4, 0.7, 0.8)), "Position": ((-0.9, -0.8, 0.9), (0.8, 0.9, 0.6))}
+        for name in linked:
+            tree.links.new(ramp(tree, *ways[name]), node.inputs[name])
+        return node.outputs[output]
+
+    patch.compare_engine(build, outliers=8, flat=None)
+
+
 def test_it_depends_on_the_point_alone(patch):
     """The same picture twice."""
     patch.wire(lambda tree: occlusion(tree))

@@ -15,7 +15,6 @@ MIDDLE = 0.5  # of an unknown texture
 COLOR_INPUTS = ("Base Color", "Color")
 # nodes that are known and left out, with the reason
 NOT_SUPPORTED = {
-    "ShaderNodeRaycast": "traces rays while shading",
     "ShaderNodeBsdfHair": "hair is not supported yet",
     "ShaderNodeBsdfHairPrincipled": "hair is not supported yet",
     "ShaderNodeBsdfRayPortal": "portals are not supported yet",
@@ -34,12 +33,17 @@ UNSUPPORTED_OUTPUTS = {
 }
 
 
+RAYCAST_OUTPUTS = {"Is Hit", "Self Hit", "Hit Distance", "Hit Position", "Hit Normal"}
+
+
 def report_unsupported(item: Node, used: set[str], material: str, issues: IssueLog) -> None:
     """Warn, once by material and node, about what will look different."""
     where = f"{material} > {item.name}"
     if item.type not in REGISTRY:
         issues.warn(where, f"the node type {item.type} is not supported yet", _replacement(item))
         return
+    if item.type == "ShaderNodeRaycast" and used - RAYCAST_OUTPUTS:
+        issues.warn(where, "attributes where its ray hits are not supported yet", "they are 0")
     for output in sorted(UNSUPPORTED_OUTPUTS.get(item.type, set()) & used):
         issues.warn(where, f"the output {output} is not supported yet", "0 is used instead")
     if item.type == "ShaderNodeTexIES" and (problem := ies_problem(item.props.get("text", ""))):

@@ -60,6 +60,10 @@ class Rays(Protocol):
         """(n,) bool: nothing, or with `own` nothing of the point's own object, within t_max along d."""
         ...
 
+    def nearest(self, points: ShadePoints, o: np.ndarray | None, d: np.ndarray, t_max: np.ndarray, own: bool) -> tuple:
+        """(hit, t, self, n): what rays from o, or from the points, meet first."""
+        ...
+
     def crossings(
         self, points: ShadePoints, o: np.ndarray, d: np.ndarray, t_max: np.ndarray, most: int
     ) -> list[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:

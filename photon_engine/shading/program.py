@@ -316,6 +316,8 @@ def surface_decides(node_type: str, name: str) -> bool:
     """Whether an unlinked input means the surface's own normal, tangent or coordinates rather than zero."""
     if name == "Vector":
         return node_type.startswith("ShaderNodeTex")
+    if node_type == "ShaderNodeRaycast":
+        return True
     return name in ("Normal", "Coat Normal", "Tangent") and node_type != "ShaderNodeNormal"
 
 

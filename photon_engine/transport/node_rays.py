@@ -1,4 +1,4 @@
-"""Rays that nodes send from the points they shade: Ambient Occlusion and Bevel."""
+"""Rays that nodes send from the points they shade: Ambient Occlusion, Bevel and Raycast."""
 
 from __future__ import annotations
 
@@ -64,6 +64,36 @@ class NodeRays:
             left[alive] -= step
             alive = alive[left[alive] > 0.0]
         return found
+
+    def nearest(self, points, o: np.ndarray | None, d: np.ndarray, t_max: np.ndarray, own: bool) -> tuple:
+        """(hit, t, self, n) of the first surface along rays o + t d in the world, from the points where o is None.
+
+        hit, self (n,) bool, the latter where it is of the point's own object; t (n,) f32; n (n, 3) f32, the shading
+        normal on the side that was hit.
+        """
+        start = self._leaving(points, d) if o is None else np.ascontiguousarray(o - self.flat.origin, f32)
+        d, t_max = np.ascontiguousarray(d, f32), np.ascontiguousarray(t_max, f32)
+        prim, u, v, t = (np.array(field) for field in self._first(points, start, d, t_max, own))
+        hit = prim >= 0
+        normal = np.zeros((len(d), 3), f32)
+        p, ng, ns = (np.empty((int(hit.sum()), 3), f32) for _ in range(3))
+        surface_points(self.flat.geometry, prim[hit], u[hit], v[hit], p, ng, ns)
+        normal[hit] = np.where((ng * d[hit]).sum(axis=1, keepdims=True) > 0.0, -ns, ns)
+        mine = np.zeros(len(d), bool)
+        mine[hit] = self.flat.geometry.instance[prim[hit]] == points.instance[hit]
+        return hit, t, mine, normal
+
+    def _first(self, points, start, d, t_max, own: bool) -> tuple:
+        """Nearest hits (prim, u, v, t), with `own` among the points' own objects."""
+        if not own:
+            return self.intersector.closest(start, d, t_max)
+        prim, u, v, t = (np.zeros(len(d), kind) for kind in (np.int32, f32, f32, f32))
+        for instance in np.unique(points.instance):
+            index = np.flatnonzero(points.instance == instance)
+            hits = self._tree(int(instance)).closest(start[index], d[index], t_max[index])
+            prim[index] = np.where(hits.prim >= 0, hits.prim + np.int32(self.flat.first_triangle[instance]), -1)
+            u[index], v[index], t[index] = hits.u, hits.v, hits.t
+        return prim, u, v, t
 
     def _leaving(self, points, d: np.ndarray) -> np.ndarray:
         """Origins (n, 3) f32, recentred, of rays along d, off the surface as `geometry.surface.offset_origin` does."""

@@ -1,4 +1,4 @@
-"""Nodes that send rays from the points they shade: Ambient Occlusion and Bevel.
+"""Nodes that send rays from the points they shade: Ambient Occlusion, Bevel and Raycast.
 
 Their random numbers are a hash of the point: every pass shades other points of a pixel, the same whatever the thread.
 """
@@ -151,3 +151,26 @@ def averaged(points, radius, samples: int, own: np.ndarray) -> np.ndarray:
     size = np.linalg.norm(total, axis=1, keepdims=True)
     side = np.where(points.backfacing, -1.0, 1.0)[:, None]
     return np.where(size > 0.0, side * total / np.where(size > 0.0, size, 1.0), own)
+
+
+@node("ShaderNodeRaycast", varies=True, needs={"rays", "corners"})
+def raycast(x, props, points):
+    """What a ray meets first: from the point along its normal unless linked."""
+    n = len(points)
+    length = np.broadcast_to(np.asarray(x["Length"], f32), (n,))
+    place, way = x.get("Position"), x.get("Direction")
+    d = points.facing(points.ns) if way is None else np.broadcast_to(way.T, points.p.shape)
+    o = None if place is None else np.broadcast_to(place.T, points.p.shape)
+    hit, t, mine, normal = np.zeros(n, bool), length, np.zeros(n, bool), np.zeros((n, 3), f32)
+    index = np.flatnonzero((length > 0.0) & (np.abs(d).max(axis=1) > 0.0))
+    if points.rays is not None and len(index):
+        hit, t, mine, normal = hit.copy(), length.copy(), mine.copy(), normal.copy()
+        start = None if o is None else o[index]
+        found = points.rays.nearest(points.take(index), start, d[index], length[index], bool(props.get("only_local")))
+        hit[index], mine[index], normal[index] = found[0], found[2], found[3]
+        t[index] = np.where(found[0], found[1], length[index])
+    where = np.where(hit[:, None], (points.p if o is None else o) + t[:, None] * d, 0.0)
+    return {
+        "Is Hit": hit.astype(f32), "Self Hit": mine.astype(f32), "Hit Distance": t.astype(f32),
+        "Hit Position": columns(where.astype(f32)), "Hit Normal": columns(normal),
+    }  # fmt: skip
