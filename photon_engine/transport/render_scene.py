@@ -25,7 +25,6 @@ from .displace import displaced
 from .eye_batch import EyeRules
 from .materials import MaterialTable
 from .media import absorb, inside_at
-from .node_rays import NodeRays
 from .photon_kernels import Laws, Surfaces
 from .standing import (
     absorbing_media,
@@ -33,6 +32,7 @@ from .standing import (
     glowing_triangles,
     light_table,
     material_programs,
+    node_rays,
     photon_targets,
     sky_table,
 )
@@ -64,7 +64,7 @@ class RenderScene:
         stage("Compiling materials")
         programs = material_programs(memo, scene, not settings.plan, issues)
         self.materials = MaterialTable(
-            scene, self.flat, settings.specular_threshold, programs, NodeRays(self.flat, self.intersector)
+            scene, self.flat, settings.specular_threshold, programs, node_rays(memo, self.flat, self.intersector)
         )
         stage("Preparing lights")
         facts = survey(scene, settings.specular_threshold, programs, reach=settings.plan)

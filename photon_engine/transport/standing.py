@@ -26,6 +26,7 @@ from .cull import boxes_of
 from .emission import find_emitters
 from .materials import MaterialTable
 from .media import Media, find_media, locate_lights
+from .node_rays import NodeRays
 
 SMALLEST = 1e-9  # of the scene's radius: what photons are aimed at is no smaller, positions are not that fine
 VIEW_NEEDS = {"camera", "bump"}  # of a program: it gives something else when the camera moves
@@ -51,6 +52,11 @@ def material_programs(memo: Memo, scene: SceneData, every: bool, issues: IssueLo
     ]
 
 
+def node_rays(memo: Memo, flat: Flattened, intersector: Intersector) -> NodeRays:
+    """Rays of the materials' nodes, with the trees of single instances that they have asked for so far."""
+    return memo.get("node rays", (flat, intersector), lambda _own: NodeRays(flat, intersector), IssueLog())
+
+
 def glowing_triangles(memo: Memo, scene: SceneData, flat: Flattened, table: MaterialTable) -> Emitters:
     """As `emission.find_emitters`; what it reads are the triangles that glow, and the instances that wear them."""
     geometry = flat.geometry
@@ -59,10 +65,12 @@ def glowing_triangles(memo: Memo, scene: SceneData, flat: Flattened, table: Mate
     worn = [table.programs[m] for m in materials]
     owners = [scene.instances[i] for i in np.unique(geometry.instance[tri])]
     seen = any(VIEW_NEEDS & program.needs for program in worn)
+    traced = any("rays" in program.needs for program in worn)  # what is near by darkens them
     inputs = (
         tri, geometry.positions[geometry.triangles[tri]], geometry.material[tri], geometry.instance[tri], flat.origin,
         worn, table.fixed.kind[materials], table.fixed.params[materials],
         owners, [scene.meshes[item.mesh] for item in owners], (scene.camera, scene.frame) if seen else None,
+        flat if traced else None,
     )  # fmt: skip
     return memo.get("emitters", inputs, lambda _own: find_emitters(flat, table), IssueLog())
 

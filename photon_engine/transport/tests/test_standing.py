@@ -14,7 +14,10 @@ from ..renderer import Renderer
 from .plan_scenes import LAMPS, place, scene
 
 FEW = Settings(caustic_photons=400, diffuse_photons=400, light_samples=2, threads=1)
-ALL = {"triangles", "tree", "material 0", "material 1", "emitters", "sky", "lights", "casters", "targets", "media"}
+ALL = {
+    "triangles", "tree", "node rays", "material 0", "material 1", "emitters", "sky", "lights", "casters", "targets",
+    "media",
+}  # fmt: skip
 
 
 def pictures(data, kept=None):
@@ -96,7 +99,7 @@ def one_more_lamp(data):
 
 
 CHANGES = [
-    (moved_pane, {"triangles", "tree", "casters", "targets", "media"}),
+    (moved_pane, {"triangles", "tree", "node rays", "casters", "targets", "media"}),
     (brighter_lamp, {"lights", "targets"}),
     (one_more_lamp, {"lights", "targets", "media"}),
     (repainted, {"material 0"}),
@@ -131,6 +134,19 @@ def test_glowing_meshes_are_looked_at_again_only_when_they_or_the_view_change():
         one, fresh = pictures(data, kept), pictures(data)
         np.testing.assert_array_equal(one["Direct"], fresh["Direct"])
         assert kept.memo.made["emitters"] == 2 + len(anew) // 2 and fresh["Direct"].any()
+
+
+def test_a_glow_that_looks_around_is_looked_at_again_when_something_near_moves():
+    inputs = {"Color": Socket([1.0] * 4, kind="RGBA"), "Distance": Socket(2.0), "Normal": Socket(None, kind="VECTOR")}
+    around = Node("ShaderNodeAmbientOcclusion", "Around", {"samples": 8}, inputs, {"Color": "RGBA", "AO": "VALUE"})
+    for strength, count in ((2.0, 1), ((around, "AO"), 2)):
+        kept = Kept()
+        pictures(frame("Glow", deepcopy(strength)), kept)
+        data = frame("Glow", deepcopy(strength))
+        data.instances[1].matrix[1, 3] -= 0.1  # the wall
+        one, fresh = pictures(data, kept), pictures(data)
+        assert kept.flattened == 2 and kept.memo.made["emitters"] == count
+        np.testing.assert_array_equal(one["Direct"], fresh["Direct"])
 
 
 def bumpy(data):
