@@ -76,6 +76,15 @@ def test_interval_holds_the_truth(passes, biased):
     assert 0.94 < inside.mean() <= 1.0
 
 
+def test_one_photon_does_not_smear_its_bias_over_its_neighbours():
+    """A pixel 100 times too bright counts once, not in the 80 pixels that share its bias: 2 pixels of 2304 wrong."""
+    bias = np.zeros((SIZE, SIZE, 3))
+    bias[20, 20] = 100.0
+    plain, lit = (picture_error(film_of(16, 0.02, b), "Caustic") for b in (None, bias))
+    assert lit.bias**2 * SIZE**2 == pytest.approx(BIAS_FACTOR**2, rel=0.2)
+    assert lit.error**2 - plain.error**2 < 2.0 * BIAS_FACTOR**2 / SIZE**2
+
+
 def test_rare_bright_photons_do_not_leave_certainty_around_them():
     """A tenth of a photon a pixel and pass: most pixels have seen none in four, their own variance would claim zero."""
     rng = np.random.default_rng(3)
