@@ -30,7 +30,10 @@ def real(value) -> np.ndarray:
 
 def column(value) -> np.ndarray:
     """A number for each hit as (n,) or (1,)."""
-    return np.atleast_1d(real(value))
+    value = np.atleast_1d(real(value))
+    if value.ndim != 1:
+        raise ValueError(f"a number needs the shape () or (n,), not {value.shape}")
+    return value
 
 
 def color(value) -> np.ndarray:

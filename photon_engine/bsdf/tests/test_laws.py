@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ...sampling.warps import turn
-from .. import fresnel, tables
+from .. import fresnel, recipes, tables
 from ..diffuse import bump_softening, oren_nayar
 from ..frame import raised_normal
 from ..make_tables import directional, grid, index_grid
@@ -148,3 +148,10 @@ def test_tables_hold_what_the_script_computes():
     fine = grid(32)
     assert tables.WHITE[0, 20, 9] == pytest.approx(directional(fine[9], fine[20], 1.0, 0, 9000), abs=6e-4)
     assert tables.white_albedo(fine[9], fine[20])[0] == pytest.approx(tables.WHITE[0, 20, 9], abs=1e-6)
+
+
+@pytest.mark.parametrize("value", [np.ones((1, 3)), np.ones((5, 4)), [[0.5]]])
+def test_a_colour_is_no_number(value):
+    """As a damaged file may say: refused by name, where the node is known."""
+    with pytest.raises(ValueError, match="a number needs the shape"):
+        recipes.column(value)
