@@ -11,6 +11,7 @@ from .jit import kernel
 from .maths import dot, scale, unit
 
 BOX, GAUSSIAN, BLACKMAN_HARRIS = range(3)
+REACH = (1.0, 3.0, 2.0)  # the filter's whole extent over the width that users set, as in Cycles
 
 
 class View(NamedTuple):
@@ -33,7 +34,7 @@ class View(NamedTuple):
 
 
 def filter_shape(kind, x, width):
-    """Unnormalised filter value at offset x [px]; as Cycles' film, cut at half the width."""
+    """Unnormalised filter value at offset x [px]; width: its whole extent."""
     if kind == BOX:
         return np.ones_like(x)
     if kind == GAUSSIAN:
@@ -50,7 +51,7 @@ def make_view(scene):
     if camera.kind not in ("PERSP", "ORTHO"):
         raise RenderError(camera.name, f"{camera.kind} camera", "use a perspective or orthographic one")
     kind = {"BOX": BOX, "GAUSSIAN": GAUSSIAN, "BLACKMAN_HARRIS": BLACKMAN_HARRIS}[frame.filter]
-    width = 1.0 if kind == BOX else frame.filter_width
+    width = REACH[kind] * frame.filter_width
     x = np.linspace(-width / 2, width / 2, 20001)
     cdf = np.concatenate([[0.0], np.cumsum((lambda f: (f[1:] + f[:-1]) / 2)(filter_shape(kind, x, width)))])
     norm = cdf[-1] * (x[1] - x[0])

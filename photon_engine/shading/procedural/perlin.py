@@ -140,9 +140,11 @@ def perlin4(x, y, z, w):
 
 @kernel
 def wrapped(x):
-    """A coordinate in the lattice's period."""
+    """A coordinate in the lattice's period; far away exactly, whatever its size."""
     size = abs(x)
-    return math.copysign(size - PERIOD * math.floor(size / PERIOD), x) + (0.5 if size >= FAR else 0.0)
+    if size >= FAR:
+        return math.copysign(size % PERIOD, x) + 0.5
+    return math.copysign(size - PERIOD * math.floor(size / PERIOD), x)
 
 
 @kernel

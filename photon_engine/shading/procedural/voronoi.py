@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from ...jit import kernel
 from .hashing import (
     PCG_TO_UNIT,
@@ -116,10 +118,10 @@ def base_of(dims, p):
     """The cell of a place, and the place within it."""
     x, y, z, w = p
     if dims == 1:
-        cell = (0.0, 0.0, 0.0, math.floor(w))
+        cell = (0.0, 0.0, 0.0, np.floor(w))
     else:
         cell = (
-            math.floor(x), math.floor(y), math.floor(z) if dims > 2 else 0.0, math.floor(w) if dims > 3 else 0.0
+            np.floor(x), np.floor(y), np.floor(z) if dims > 2 else 0.0, np.floor(w) if dims > 3 else 0.0
         )
     local = (0.0 if dims == 1 else x - cell[0], 0.0 if dims == 1 else y - cell[1],
              z - cell[2] if dims > 2 else 0.0, w - cell[3] if dims in (1, 4) else 0.0)
