@@ -24,8 +24,8 @@ SLOW = {
         "absorbing_glass",
     )
 }  # fmt: skip
-# Blender 4 shades a mesh without material matt grey, Blender 5 as a default Principled
-BY_VERSION = {"no_material"}
+# Blender 4 shades a mesh without material matt grey, Blender 5 as a default Principled; old files look otherwise in it
+BY_VERSION = {"no_material", "clevr_objects", "blenderdiplom_glass"}
 SHARED_JOBS = {
     name: cycles.Job(
         builder="tests.oracle.shared:build", arguments={"name": name}, spp=64, seconds=120, target=0.0015,
