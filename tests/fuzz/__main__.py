@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import faulthandler
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
-import numpy as np
-
 from .mutate import mutant, write
+from .runs import try_each
 
 PATIENCE = 60  # [s] for one file, with what it makes numba compile
 FEW = {"caustic_photons": 500, "diffuse_photons": 500, "passes": 1, "max_bounces": 8, "threads": 1}
@@ -34,15 +32,9 @@ def attempt(path: Path) -> str:
 
 
 def work(base: Path, numbers: range, seed: int, folder: Path) -> None:
-    """Try the mutants with these numbers, one line each; an exception that is no RenderError ends the process."""
-    content = base.read_bytes()
-    for i in numbers:
-        what, data = mutant(content, np.random.default_rng([seed, i]))
-        print(f"{i} {what}", flush=True)
-        faulthandler.dump_traceback_later(PATIENCE, exit=True)
-        message = attempt(write(folder / "mutant.npz", data))
-        faulthandler.cancel_dump_traceback_later()
-        print(f"= {message or 'a picture'}", flush=True)
+    """Try the mutants with these numbers; an exception that is no RenderError ends the process."""
+    path = folder / "mutant.npz"
+    try_each(base, numbers, seed, mutant, lambda data: attempt(write(path, data)) or "a picture", PATIENCE)
 
 
 def hunt(base: Path, count: int, seed: int = 0) -> tuple[list[str], list[str]]:

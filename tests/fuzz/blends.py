@@ -1,13 +1,12 @@
 """Damaged .blend files through the command line: `python -m tests.fuzz.blends COUNT [SEED]`.
 
 Blender reads structures as they lie in the file, so one turned bit can crash its reader; the processes that try the
-files may die. What the command line then says is the affair of `photon_engine/guard.py`.
+files may die. What the command line then says is the affair of `photon_engine/driver/guard.py`.
 """
 
 from __future__ import annotations
 
 import contextlib
-import faulthandler
 import io
 import os
 import subprocess
@@ -18,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from .mutate import broken_bytes, write
+from .runs import try_each
 
 WORDS = (0, 1, 2, 7, 255, 65535, 2**31 - 1, 2**31, 2**32 - 1, 0x7FC00000, 0x7F800000, 0x3F800000)
 PATIENCE = 30  # [s] for one file
@@ -77,18 +77,18 @@ def ask(path: Path) -> tuple[int, str]:
     return code, err.getvalue()
 
 
+def verdict(path: Path) -> str:
+    """Exit code and last line of what `info` says of a file, after WRONG where that is no proper answer."""
+    code, said = ask(path)
+    last = said.strip().splitlines()[-1] if said.strip() else ""
+    wrong = "WRONG " if "Traceback" in said or code not in (0, 3) or (code and "error: " not in said) else ""
+    return f"{wrong}{code} {last}"
+
+
 def work(base: Path, numbers: range, seed: int, folder: Path) -> None:
-    """Try the mutants with these numbers: a line before and after each."""
-    content = base.read_bytes()
-    for i in numbers:
-        what, data = mutant(content, np.random.default_rng([seed, i]))
-        print(f"{i} {what}", flush=True)
-        faulthandler.dump_traceback_later(PATIENCE, exit=True)
-        code, said = ask(write(folder / "mutant.blend", data))
-        faulthandler.cancel_dump_traceback_later()
-        last = said.strip().splitlines()[-1] if said.strip() else ""
-        wrong = "WRONG " if "Traceback" in said or code not in (0, 3) or (code and "error: " not in said) else ""
-        print(f"= {wrong}{code} {last}", flush=True)
+    """Try the mutants with these numbers."""
+    path = folder / "mutant.blend"
+    try_each(base, numbers, seed, mutant, lambda data: verdict(write(path, data)), PATIENCE)
 
 
 def hunt(base: Path, count: int, seed: int = 0) -> tuple[list[str], list[str]]:
