@@ -1,8 +1,8 @@
 """A word for the user when Blender's reader crashes on a damaged file, and with it the whole program.
 
-Blender reads structures as they lie in the file: of .blends with some numbers of their data overwritten one in
-seventy-five ends in a segmentation fault (8 of 600). Nothing can be said by a process that is gone, so one that was forked before
-anything was loaded waits until the file is read, and speaks if that never happens. The exit code is the signal's.
+Blender reads structures as they lie in the file: of 600 damaged .blends 8 ended in a segmentation fault. Nothing can
+be said by a process that is gone, so one that was forked before anything was loaded waits until the file is read, and
+speaks if that never happens. The exit code is the signal's.
 """
 
 from __future__ import annotations
