@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..photons.batch import Deposits, Photons, empty_deposits, empty_photons, head, join
+from ..photons.batch import Deposits, Photons, empty_deposits, empty_photons, head
 from ..photons.room import Room
 from ..sampling.rng import STREAM_CAUSTIC, STREAM_DIFFUSE, STREAM_EYE, make_key
 from ..sampling.sobol import sobol
@@ -41,6 +41,7 @@ CHUNK = 65536
 FEW = 8  # chunks are smaller where there would be fewer than this for the threads to share,
 SMALL = 16384  # but no smaller than this for that
 LEAST = 1024  # fewer are one chunk
+KEPT_DESKS = 16  # work spaces that are kept from span to span and pass to pass, of up to 12 MB each
 
 
 @lru_cache(maxsize=4)
@@ -60,12 +61,46 @@ class PhotonRun:
         self.points = emission_numbers(total)
 
 
+class Desk:
+    """Work space to carry one chunk of photons; what is left on it is valid until the next chunk is carried there."""
+
+    def __init__(self) -> None:
+        self.lanes = empty_lanes()
+        self.spare = empty_photons(0), empty_photons(0)
+        self.lists = np.empty((3, 0), np.int32)
+        self.births = Births(np.empty(0, np.int32), np.empty(0, np.int32), np.empty((0, 2), np.float32))
+        self.deposits = empty_deposits(0)
+
+    def clear(self, n: int, absorbs: bool) -> None:
+        """Make room for n photons and one more."""
+        if self.lists.shape[1] <= n or absorbs != (len(self.spare[0].inside) > 0):
+            self.spare = empty_photons(n + 1, absorbs), empty_photons(n + 1, absorbs)
+            self.lists = np.empty((3, n + 1), np.int32)
+            self.births = Births(np.empty(n, np.int32), np.empty(n, np.int32), np.empty((n, 2), np.float32))
+        if len(self.deposits.wi) <= n:
+            self.deposits = empty_deposits(n + 1)
+
+    def grow(self, stored: int, more: int) -> None:
+        """Keep the first `stored` deposits, and make room for at least `more` further ones and one more."""
+        if stored + more < len(self.deposits.wi):
+            return
+        bigger = empty_deposits(max(2 * len(self.deposits.wi), stored + more + 1))
+        for new, old in zip(bigger, self.deposits, strict=True):
+            new[:stored] = old[:stored]
+        self.deposits = bigger
+
+
 class Rooms:
     """Memory for the runs of a render, one after another."""
 
     def __init__(self) -> None:
         self.deposits = Room()
         self.left = Room()
+        self.desks = [Desk() for _ in range(KEPT_DESKS)]
+
+    def desks_for(self, count: int) -> list[Desk]:
+        """A desk for each of so many chunks; those beyond KEPT_DESKS are not kept."""
+        return self.desks[:count] + [Desk() for _ in range(count - KEPT_DESKS)]
 
 
 def trace_photons(
@@ -76,20 +111,22 @@ def trace_photons(
     rooms : for memory that is used again; the deposits are valid until the next run with them
     out : deposits; energy tally (4, 3) [W]: emitted, absorbed, escaped, dropped; how many rays were traced.
     """
-    deposits, tally, rays = [empty_deposits(0)], np.zeros((4, 3)), 0
+    rooms = rooms or Rooms()
+    deposits, tally, rays = rooms.deposits.join([empty_deposits(0)]), np.zeros((4, 3)), 0
     waiting: list = deal(run.total)
     for bounces in generations(run.max_bounces):
         if not waiting:
             break
-        carried = list(pool.map(partial(_carry, scene, run, cancelled, bounces), waiting))
-        deposits += [item.deposits for item in carried]
+        desks = rooms.desks_for(len(waiting))
+        carried = list(pool.map(partial(_carry, scene, run, cancelled, bounces), waiting, desks))
+        deposits = rooms.deposits.append([item.deposits for item in carried])
         tally = sum((item.tally for item in carried), tally)
         rays += sum(item.rays for item in carried)
-        left = (rooms.left.join if rooms else join)([item.left for item in carried])
+        left = rooms.left.join([item.left for item in carried])
         waiting = [Photons(*(field[part.start : part.stop] for field in left)) for part in deal(len(left.key))]
     for photons in waiting:
         add_up(photons.phi, tally[DROPPED])
-    return (rooms.deposits.join if rooms else join)(deposits), tally, rays
+    return deposits, tally, rays
 
 
 def deal(total: int) -> list[range]:
@@ -134,43 +171,43 @@ class Carried(NamedTuple):
 
 
 def _carry(
-    scene: RenderScene, run: PhotonRun, cancelled: Callable[[], bool], bounces: range, source: Photons | range
+    scene: RenderScene,
+    run: PhotonRun,
+    cancelled: Callable[[], bool],
+    bounces: range,
+    source: Photons | range,
+    desk: Desk,
 ) -> Carried:
-    """Carry a chunk of photons, or those to be emitted with these numbers, over a span of bounces."""
+    """Carry a chunk of photons, or those to be emitted with these numbers, over a span of bounces, on a desk."""
     tally = np.zeros((4, 3))
-    light = np.empty(len(source) if isinstance(source, range) else 0, np.int32)
-    photons = _emitted(scene, run, source, light, tally) if isinstance(source, range) else source
+    desk.clear(len(source) if isinstance(source, range) else len(source.key), scene.absorbs)
+    photons = _emitted(scene, run, source, desk, tally) if isinstance(source, range) else source
     n = len(photons.key)
-    shines_through = len(light) > 0 and run.mode != CAUSTIC and not scene.casts_all_shadows
-    deposits, stored, rays = empty_deposits(n + 1), 0, 0
-    lanes, lists = empty_lanes(), np.empty((3, n + 1), np.int32)
-    spare = empty_photons(n + 1, scene.absorbs), empty_photons(n + 1, scene.absorbs)
+    shines_through = isinstance(source, range) and run.mode != CAUSTIC and not scene.casts_all_shadows
+    stored, rays = 0, 0
     for bounce in bounces:
         if n == 0 or cancelled():
             break
         hits = scene.intersector.closest(photons.o, photons.d)
         if bounce == 0 and shines_through:
-            hits, more = light_through(scene, photons, light, hits)
+            hits, more = light_through(scene, photons, desk.births.light[:n], hits)
             tally[EMITTED] += more
         surfaces = scene.surfaces_at(hits, photons.d, ends_at_rough=run.mode == CAUSTIC, is_photon=True)
         rays += n
         if scene.absorbs:
             tally[ABSORBED] += scene.absorb(photons.inside, surfaces, photons.phi)
-        if stored + n >= len(deposits.wi):
-            deposits = _grown(deposits, stored, n + 1)
+        desk.grow(stored, n)
         laws = np.empty(len(surfaces.rows.kind), np.uint8)
-        leg = Leg(run.mode, bounce, lanes, laws, lists[0], lists[1], lists[2])
-        out = spare[bounce % 2]
-        n, stored = photon_step(scene.laws, leg, surfaces, photons, out, deposits, stored, tally)
+        leg = Leg(run.mode, bounce, desk.lanes, laws, *desk.lists)
+        out = desk.spare[bounce % 2]
+        n, stored = photon_step(scene.laws, leg, surfaces, photons, out, desk.deposits, stored, tally)
         photons = head(out, n)
-    return Carried(head(deposits, stored), photons, tally, rays)
+    return Carried(head(desk.deposits, stored), photons, tally, rays)
 
 
-def _emitted(scene: RenderScene, run: PhotonRun, numbers: range, light: np.ndarray, tally: np.ndarray) -> Photons:
-    """Photons with these numbers, leaving their lights, whose own numbers are written to `light` (n,)."""
-    n = len(numbers)
-    photons = empty_photons(n, scene.absorbs)
-    births = Births(light, np.empty(n, np.int32), np.empty((n, 2), np.float32))
+def _emitted(scene: RenderScene, run: PhotonRun, numbers: range, desk: Desk, tally: np.ndarray) -> Photons:
+    """Photons with these numbers, leaving their lights; the first step writes where these are not."""
+    photons, births = head(desk.spare[1], len(numbers)), head(desk.births, len(numbers))
     media = scene.laws.media
     if run.mode == CAUSTIC:
         emit_at_targets(scene.lights, scene.targets, media, run.points, run.key, numbers.start, photons, births)
@@ -182,11 +219,3 @@ def _emitted(scene: RenderScene, run: PhotonRun, numbers: range, light: np.ndarr
     if boxes is not None and (run.mode == CAUSTIC or scene.casts_all_shadows):  # else `light` must go with photons
         photons = keep_those_that_meet(boxes, scene.flat.radius, photons, tally[ESCAPED])
     return photons
-
-
-def _grown(deposits: Deposits, stored: int, more: int) -> Deposits:
-    """The same deposits with room for at least `more` further ones."""
-    bigger = empty_deposits(max(2 * len(deposits.wi), stored + more))
-    for new, old in zip(bigger, deposits, strict=True):
-        new[:stored] = old[:stored]
-    return bigger

@@ -30,3 +30,15 @@ def test_batches_are_joined_as_in_fresh_memory_and_memory_is_kept():
     parts = batches([40, 41], 3)
     for mine, fresh in zip(room.join(parts), join(parts), strict=True):
         np.testing.assert_array_equal(mine, fresh)
+
+
+def test_parts_are_appended_behind_what_was_joined():
+    room, all_parts = Room(), []
+    for k, sizes in enumerate(([0], [3, 2], [1], [50, 0], [4])):
+        parts = batches(sizes, k)
+        all_parts += parts
+        joined = room.append(parts) if k else room.join(parts)
+        for mine, fresh in zip(joined, join(all_parts), strict=True):
+            np.testing.assert_array_equal(mine, fresh)
+            assert mine.dtype == fresh.dtype
+    assert len(room.join(batches([2], 9)).wi) == 2, "joining starts anew"
