@@ -118,7 +118,13 @@ class Settings:
         group="Light Paths",
     )
     light_samples: int = setting(
-        4, "Light Samples", "Shadow rays from each visible point in each pass", min=1, max=64, group="Light Paths"
+        4,
+        "Light Samples",
+        "Shadow rays from each visible point in each pass, and up to 4 rays that look where a glossy lobe reflects "
+        "(twice as many through rough glass)",
+        min=1,
+        max=64,
+        group="Light Paths",
     )
     splits: int = setting(
         3,

@@ -28,6 +28,7 @@ def prepare(scene: bpy.types.Scene, job: dict[str, Any]) -> None:
     scene.render.use_compositing = scene.render.use_sequencer = False
     scene.render.use_persistent_data = True
     scene.render.threads_mode, scene.render.threads = "FIXED", job["threads"]
+    scene.cycles.seed = job["seed"]
     for name, value in SETTINGS.items():
         setattr(scene.cycles, name, value)
     scene.cycles.use_denoising = job["denoise"]
@@ -39,13 +40,13 @@ def prepare(scene: bpy.types.Scene, job: dict[str, Any]) -> None:
     output.file_format, output.color_mode, output.color_depth = "OPEN_EXR", "RGB", "32"
 
 
-def timed(scene: bpy.types.Scene, samples: int, seconds: float, path: str) -> float:
-    """Seconds that a render took."""
+def timed(scene: bpy.types.Scene, samples: int, seconds: float, path: str) -> tuple[float, float]:
+    """Seconds that a render took, and processor seconds of all threads."""
     scene.cycles.samples, scene.cycles.time_limit = samples, seconds
     scene.render.filepath = path
-    begin = time.perf_counter()
+    begin, busy = time.perf_counter(), time.process_time()
     bpy.ops.render.render(write_still=True)
-    return time.perf_counter() - begin
+    return time.perf_counter() - begin, time.process_time() - busy
 
 
 def main(path: str) -> None:
@@ -54,13 +55,14 @@ def main(path: str) -> None:
     bpy.ops.wm.open_mainfile(filepath=job["blend"], load_ui=False)
     scene = bpy.context.scene
     prepare(scene, {**job, "denoise": False})
-    first = timed(scene, 1, 0.0, job["output"])
-    overhead = timed(scene, 1, 0.0, job["output"])
+    first, _ = timed(scene, 1, 0.0, job["output"])
+    overhead, busy = timed(scene, 1, 0.0, job["output"])
     prepare(scene, job)
-    seconds = timed(scene, SETTINGS["samples"], job["seconds"], job["output"])
+    seconds, cpu = timed(scene, SETTINGS["samples"], job["seconds"], job["output"])
     shown = {**SETTINGS, "denoise": job["denoise"], "threads": job["threads"], "time_limit": job["seconds"]}
     record = {
-        "seconds": max(seconds - overhead, 0.0), "setup": first, "settings": shown, "version": bpy.app.version_string,
+        "seconds": max(seconds - overhead, 0.0), "cpu_seconds": max(cpu - busy, 0.0), "setup": first,
+        "settings": shown, "version": bpy.app.version_string,
     }  # fmt: skip
     Path(job["log"]).write_text(json.dumps(record))
 

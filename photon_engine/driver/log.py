@@ -54,6 +54,7 @@ def run_record(session: Any) -> dict[str, Any]:
         "passes": film.count if film else 0,
         "blocks": film.blocks if film else [],
         "seconds": sum(session.durations),
+        "cpu_seconds": session.cpu_seconds + (session.darkroom.cpu_seconds if session.darkroom else 0.0),
         "pass_seconds": session.durations,
         "stage_seconds": session.stages,
         "statistics": session.statistics,

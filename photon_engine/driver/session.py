@@ -29,6 +29,7 @@ def default_renderer(scene: SceneData, settings: Settings, issues: IssueLog, out
     from ..transport.renderer import Renderer
 
     return Renderer(scene, settings, issues, outputs, kept)
+MEASURING = "Measuring the error"
 DENOISED_SHARE = 0.1  # of the time spent on passes that estimates of the denoised picture's error may take
 
 
@@ -68,6 +69,7 @@ class Session:
         self.denoised_errors: list[dict[str, float]] = []  # of the denoised Combined, at 4, 8, 16, ... passes
         self.stop: StopReason | None = None
         self.durations: list[float] = []
+        self.cpu_seconds = 0.0  # of all threads, spent with passes
         self.stages: dict[str, float] = {}
         self.statistics: dict[str, Any] = {}
         self.watch = ErrorWatch(settings)
@@ -150,7 +152,7 @@ class Session:
         while stop is None:
             index = first + len(self.durations)
             listener.stage(f"Pass {index + 1}")
-            begin = time.perf_counter()
+            begin, busy = time.perf_counter(), time.process_time()
             try:
                 image = worker.call(lambda index=index: renderer.render_pass(index, worker.stop.is_set))
                 if image is None:
@@ -168,6 +170,7 @@ class Session:
                 error.add_note(f"while rendering pass {index} of seed {self.settings.seed}")
                 raise
             self.durations.append(time.perf_counter() - begin)
+            self.cpu_seconds += time.process_time() - busy
             self.film.meta["seconds"] += self.durations[-1]
             self._measure(last=False)
             stop = StopReason.CANCELLED if listener.cancelled() else self._spent()
@@ -185,7 +188,9 @@ class Session:
         dear = self.darkroom.error_seconds > DENOISED_SHARE * sum(self.durations)
         if not last and (dear or passes & (passes - 1)):
             return
+        begin = time.perf_counter()
         error = self.darkroom.error()
+        self._add_stage(MEASURING, time.perf_counter() - begin)
         if error is not None:
             self.denoised_errors.append({"passes": passes, "seconds": sum(self.durations), **error._asdict()})
 
@@ -200,7 +205,11 @@ class Session:
         begin = time.perf_counter()
         look = self.watch.measure_all if last else self.watch.measure
         look(self.film, self.film.meta["seconds"])
-        self.stages["Measuring the error"] = self.stages.get("Measuring the error", 0.0) + time.perf_counter() - begin
+        self._add_stage(MEASURING, time.perf_counter() - begin)
+
+    def _add_stage(self, name: str, seconds: float) -> None:
+        """Count the time of a stage."""
+        self.stages[name] = self.stages.get(name, 0.0) + seconds
 
     def _prepare(self, renderer: Any, worker: Worker) -> None:
         """Let the renderer build what it needs, timing each stage it names."""
@@ -209,7 +218,7 @@ class Session:
 
         def end_stage() -> None:
             now = time.perf_counter()
-            self.stages[names[-1]] = self.stages.get(names[-1], 0.0) + now - since[-1]
+            self._add_stage(names[-1], now - since[-1])
             since.append(now)
 
         def stage(text: str) -> None:

@@ -50,7 +50,8 @@ class Darkroom:
         self.issues = issues
         self.cancelled = cancelled
         self.halves = halves
-        self.seconds = 0.0  # spent with denoising
+        self.seconds = 0.0  # spent with denoising pictures
+        self.cpu_seconds = 0.0  # of all threads
         self.version = ""  # of the denoiser, when it made the last pictures
         self.error_seconds = 4 * PIXEL_SECONDS * film.width * film.height  # that `error` takes, as known so far
         self._last = 0.0  # seconds that one picture took the last time; 0: not known
@@ -70,7 +71,7 @@ class Darkroom:
         cancelled = self.cancelled
         if cancelled() and 0.0 < self._last * len(wanted) < PATIENCE:
             cancelled = never
-        start = time.perf_counter()
+        start, busy = time.perf_counter(), time.process_time()
         try:
             clean = self._clean({name: out[name] for name in wanted}, HIGH if final else BALANCED, cancelled)
         except RenderError as error:
@@ -78,6 +79,7 @@ class Darkroom:
             self.denoise = "OFF"
             return out
         self.seconds += time.perf_counter() - start
+        self.cpu_seconds += time.process_time() - busy
         if clean:
             self._last = (time.perf_counter() - start) / len(wanted)
         elif final:
@@ -104,7 +106,6 @@ class Darkroom:
         except RenderError:
             return None  # pictures() tells of it
         self.error_seconds = time.perf_counter() - start
-        self.seconds += self.error_seconds
         if any(half is None for half in clean):
             return None
         return denoised_error(raw, tuple(clean), self._smeared())

@@ -17,6 +17,7 @@ from ..issues import RenderError
 from .metrics import Errors, errors
 from .plot import load_matplotlib, plot
 from .runs import CYCLES, CYCLES_DENOISED, OURS, OURS_DENOISED, SE, Run, Task, cycles, ours, read_reference
+from .speed import compare, medians
 
 Say = Callable[[str], None]
 SECONDS = (2.0, 4.0, 8.0, 16.0, 32.0)
@@ -34,6 +35,7 @@ def add_arguments(command: argparse.ArgumentParser) -> None:
                          help="default: a long run of our own, which cannot show faults of ours")  # fmt: skip
     command.add_argument("--resolution", type=_resolution, metavar="WxH", help="default: the reference's, or 256x256")
     command.add_argument("--threads", type=int, default=os.cpu_count() or 1, metavar="N", help="of every engine")
+    command.add_argument("--repeat", type=int, default=1, metavar="N", help="runs of each, whose medians are told")
     command.add_argument("--denoise", action="store_true", help="render denoised pictures of ours too")
     command.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="a setting of ours")
     command.add_argument("-o", "--output", default="report", metavar="FOLDER", help="default: report")
@@ -92,16 +94,22 @@ def report(blend: Path, arguments: argparse.Namespace, folder: Path, say: Say) -
             long_task = task._replace(settings=(*task.settings, *REFERENCE_SETTINGS))
             known = ours(long_task, LONGER * max(arguments.seconds), False, place).pictures
         for seconds in arguments.seconds:
-            for engine, render in engines(arguments):
-                say(f"{blend.stem}: {engine}, {seconds:g} s ...")
-                points += judge(engine, seconds, render(task, seconds, place), known)
+            for seed in range(max(arguments.repeat, 1)):
+                for engine, render in engines(arguments):
+                    say(f"{blend.stem}: {engine}, {seconds:g} s ...")
+                    points += judge(engine, seconds, render(task._replace(seed=seed), seconds, place), known)
+    runs, points = points, medians(points)
+    told = compare(points) if arguments.against else []
     record = {
         "scene": blend.name, "resolution": list(size), "threads": arguments.threads, "reference": source,
-        "settings": list(arguments.set), "machine": machine(), "points": points,
+        "settings": list(arguments.set), "machine": machine(), "points": points, "runs": runs,
+        "against": [item._asdict() for item in told],
     }  # fmt: skip
     write_json(folder / f"{blend.stem}.json", record)
     paths = plot(points, f"{blend.stem}, {size[0]} x {size[1]}, {arguments.threads} threads", folder / blend.stem)
     say(table(points))
+    for item in told:
+        say(str(item))
     say(", ".join(str(path) for path in (folder / f"{blend.stem}.json", *paths)))
     return record
 
@@ -120,7 +128,8 @@ def engines(arguments: argparse.Namespace) -> list[tuple[str, Callable[[Task, fl
 def judge(engine: str, asked: float, result: Run, known: dict[str, np.ndarray]) -> list[dict[str, Any]]:
     """The errors of a run's pictures, as one record each; components only of raw pictures of ours."""
     parts = [name for name in result.pictures if name in known and (name == "Combined" or engine == OURS)]
-    shared = {"engine": engine, "asked_seconds": asked, "seconds": result.seconds, "setup_seconds": result.setup}
+    shared = {"engine": engine, "asked_seconds": asked, "seconds": result.seconds, "cpu_seconds": result.cpu,
+              "setup_seconds": result.setup}  # fmt: skip
     found = {
         name: errors(result.pictures[name], known[name], known.get(f"{name}{SE}"))
         for name in parts
@@ -131,8 +140,9 @@ def judge(engine: str, asked: float, result: Run, known: dict[str, np.ndarray]) 
 
 def table(points: list[dict[str, Any]]) -> str:
     """The figures in columns."""
-    lines = [f"{'engine':<22}{'picture':<13}{'seconds':>8}" + "".join(f"{name:>11}" for name in Errors._fields)]
+    head = f"{'engine':<22}{'picture':<13}{'seconds':>8}{'cpu':>8}"
+    lines = [head + "".join(f"{name:>11}" for name in Errors._fields)]
     for point in points:
         figures = "".join(f"{point[name]:>11.4g}" for name in Errors._fields)
-        lines.append(f"{point['engine']:<22}{point['part']:<13}{point['seconds']:>8.2f}{figures}")
+        lines.append(f"{point['engine']:<22}{point['part']:<13}{point['seconds']:>8.2f}{point['cpu_seconds']:>8.2f}{figures}")
     return "\n".join(lines)

@@ -29,6 +29,7 @@ class Task(NamedTuple):
     resolution: tuple[int, int]
     threads: int
     settings: tuple[str, ...]  # NAME=VALUE of ours
+    seed: int = 0
 
 
 class Run(NamedTuple):
@@ -38,15 +39,20 @@ class Run(NamedTuple):
     setup: float  # [s] of those
     detail: dict[str, Any]  # passes or samples
     pictures: dict[str, np.ndarray]  # Combined, and ours by light pass: (h, w, 3) f32, bottom row first
+    cpu: float = float("nan")  # processor seconds of all threads within `seconds`: they tell more on a busy machine
 
 
 def ours(task: Task, seconds: float, denoise: bool, place: Path) -> Run:
-    """A render by this engine, stopped after the pass that goes beyond `seconds`."""
+    """A render by this engine, stopped after the pass that goes beyond `seconds`.
+
+    Denoised, it makes Combined alone, as Cycles does; raw, every light pass.
+    """
     width, height = task.resolution
     command = [
         sys.executable, "-m", "photon_engine", "render", str(task.blend), "-o", str(place / "ours.exr"), "--no-sheet",
         "--resolution", f"{width}x{height}", "--seconds", str(seconds), "--threads", str(task.threads), "--quiet",
         "--log", str(place / "ours.json"), "--set", f"denoise={'FINAL' if denoise else 'OFF'}",
+        "--set", f"seed={task.seed}", *(["--only", "Combined"] if denoise else []),
     ]  # fmt: skip
     for pair in task.settings:
         command += ["--set", pair]
@@ -56,20 +62,22 @@ def ours(task: Task, seconds: float, denoise: bool, place: Path) -> Run:
     wanted = {name: pictures[name][..., :3] for name in ("Combined", *LIGHT_NAMES) if name in pictures}
     denoising = record["stage_seconds"].get("Denoising", 0.0)
     setup = sum(record["stage_seconds"].values()) - denoising - record["stage_seconds"].get("Writing", 0.0)
-    return Run(record["seconds"] + denoising, setup, {"passes": record["passes"], "denoising": denoising}, wanted)
+    detail = {"passes": record["passes"], "denoising": denoising}
+    return Run(record["seconds"] + denoising, setup, detail, wanted, record["cpu_seconds"])
 
 
 def cycles(task: Task, seconds: float, denoise: bool, place: Path) -> Run:
     """A render by Cycles with a time limit: path tracing, caustics on, no clamping; see blender/cycles.py."""
     job = {
         "blend": str(task.blend), "resolution": task.resolution, "threads": task.threads, "seconds": seconds,
-        "denoise": denoise, "output": str(place / "cycles.exr"), "log": str(place / "cycles.json"),
+        "denoise": denoise, "seed": task.seed, "output": str(place / "cycles.exr"), "log": str(place / "cycles.json"),
     }  # fmt: skip
     (place / "job.json").write_text(json.dumps(job))
     _call([sys.executable, "-m", "photon_engine.blender.cycles", str(place / "job.json")], task.blend)
     record = json.loads((place / "cycles.json").read_text())
     detail = {"settings": record["settings"], "version": record["version"]}
-    return Run(record["seconds"], record["setup"], detail, {"Combined": read_rgb(place / "cycles.exr")})
+    pictures = {"Combined": read_rgb(place / "cycles.exr")}
+    return Run(record["seconds"], record["setup"], detail, pictures, record["cpu_seconds"])
 
 
 def read_rgb(path: Path) -> np.ndarray:

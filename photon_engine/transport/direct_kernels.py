@@ -16,15 +16,17 @@ from ..jit import kernel
 from ..lights.mesh import place_on
 from ..lights.sample import sample_light
 from ..sampling.mis import power_heuristic
-from ..sampling.rng import uniform
+from ..sampling.rng import path_key, uniform
 from ..shading.trail import bounced, no_trails
 from ..vec import add, dot, length, load3, max3, scale, store3, sub
 from .eye_kernels import LATTICE_X, LATTICE_Y, add3
-from .lobes import NARROW, keep_lobes, rough_kind
+from .lobes import NARROW, keep_lobes, lobe_rays, rough_kind
 from .media import after_surface, no_bits
 
 DIRECT_DIMENSION = 4096  # random numbers of direct light and gathering come after those of the eye path
 SECOND_DIMENSION = 8192
+LOBE_RAY = 1 << 21  # keys of further rays from a visible point's lobes
+LATTICE_U, LATTICE_V, LATTICE_W = 0.8191725133961645, 0.6710436067037893, 0.5497004779019703  # as LATTICE_X, for three
 SHORTEN = 1.0 - 2.0**-14  # a shadow ray ends before the emitter that it was aimed at
 
 
@@ -48,7 +50,7 @@ class SecondPaths(NamedTuple):
     d: np.ndarray  # (n, 3) f32
     beta: np.ndarray  # (n, 3) f32, throughput for direct light: all rough lobes
     gather: np.ndarray  # (n, 3) f32, throughput for the final gather: the lobes that gather
-    pdf_w: np.ndarray  # (n,) f32, of the direction at the visible point
+    pdf_w: np.ndarray  # (n,) f32, of the direction at the visible point, times the number of rays from there
     origin: np.ndarray  # (n, 3) f32, the visible point, for the densities of lights
     normal: np.ndarray  # (n, 3) f32, its shading normal on the side that is seen
     key: np.ndarray  # (n,) u64
@@ -98,7 +100,8 @@ def facing(ns, ng, wo):
 def sample_lights(laws, lights, surfaces, points, j, samples, mis, lobes, rays):
     """Shadow rays of the j-th of `samples` light samples of every visible point; out: how many.
 
-    mis : whether rays from the lobes will meet the same lights;  lobes : which rough ones, lobes.ALL or NARROW.
+    mis : how many rays from narrow lobes (one from others) will meet the same lights, 0: none;  lobes : which rough
+    ones, lobes.ALL or NARROW.
     """
     rows = surfaces.rows
     scratch = surfaces.scratch
@@ -123,8 +126,8 @@ def sample_lights(laws, lights, surfaces, points, j, samples, mis, lobes, rays):
             continue
         f, lobe_pdf_w = eval_rough(rows, row, ns, ng, wo, wi, scratch)
         s = abs(dot(ns, wi)) / (pdf_w * samples)
-        if mis == 1 and not is_delta:
-            s *= power_heuristic(pdf_w * samples, lobe_pdf_w)
+        if mis > 0 and not is_delta:
+            s *= power_heuristic(pdf_w * samples, lobe_pdf_w * lobe_rays(rows, row, scratch, mis))
         beta = load3(points.beta, m)
         value = (beta[0] * f[0] * le[0] * s, beta[1] * f[1] * le[1] * s, beta[2] * f[2] * le[2] * s)
         if max3(value) <= 0.0:
@@ -219,10 +222,11 @@ def attenuate_shadows(laws, surfaces, rays, casts):
 
 
 @kernel
-def sample_lobes(laws, surfaces, points, gathers, lobes, paths):
-    """One ray from the rough lobes of every visible point; out: how many.
+def sample_lobes(laws, surfaces, points, gathers, lobes, narrow, paths):
+    """Rays from the rough lobes of every visible point, `lobe_rays` from each; out: how many.
 
     gathers : which rough lobes gather: 0 none, 1 the narrow ones, 2 all;  lobes : which count at all, ALL or NARROW.
+    narrow : rays from narrow lobes, one from others;  paths : room for most_lobe_rays(narrow) for each point
     """
     rows = surfaces.rows
     scratch = surfaces.scratch
@@ -230,41 +234,60 @@ def sample_lobes(laws, surfaces, points, gathers, lobes, paths):
     for m in range(len(points.hit)):
         i = points.hit[m]
         p, ng, ns = surface_point(surfaces.geometry, surfaces.prim[i], float(surfaces.u[i]), float(surfaces.v[i]))
-        key = points.key[m]
         wo = load3(points.wo, m)
         row = surfaces.row[i]
         prepare(rows, row, ns, ng, wo, laws.threshold, scratch)
         if not keep_lobes(rows, row, scratch, lobes):
             continue
-        u = (uniform(key, SECOND_DIMENSION), uniform(key, SECOND_DIMENSION + 1), uniform(key, SECOND_DIMENSION + 2))
-        ok, wi, weight, pdf_w, eta = sample(rows, row, ns, ng, wo, CLASS_ROUGH, scratch, u, 0, laws.threshold)
-        if not ok or max3(weight) <= 0.0:
-            continue
-        s = 1.0 / (eta * eta)
-        beta = load3(points.beta, m)
-        out = (beta[0] * weight[0] * s, beta[1] * weight[1] * s, beta[2] * weight[2] * s)
-        gather = out
-        if gathers != 2 and lobes != NARROW:
-            gather = (0.0, 0.0, 0.0)
-            if gathers == 1 and keep_lobes(rows, row, scratch, NARROW):
-                f, _ = eval_rough(rows, row, ns, ng, wo, wi, scratch)
-                s = abs(dot(ns, wi)) / pdf_w
-                gather = (beta[0] * f[0] * s, beta[1] * f[1] * s, beta[2] * f[2] * s)
-        store3(paths.o, count, leave(surfaces.geometry, surfaces.prim[i], p, ng, wi))
-        store3(paths.d, count, wi)
-        store3(paths.beta, count, out)
-        store3(paths.gather, count, gather)
-        paths.pdf_w[count] = pdf_w
-        store3(paths.origin, count, p)
-        store3(paths.normal, count, facing(ns, ng, wo))
-        paths.key[count] = key
-        paths.pixel[count] = points.pixel[m]
-        paths.bare[count] = True
-        if len(paths.inside):
-            prim = surfaces.prim[i]
-            paths.inside[count] = after_surface(laws.media, points.inside[m], prim, dot(ng, wo), dot(ng, wi))
-        if len(paths.trail):
-            kind = rough_kind(rows.kind[row], scratch)
-            paths.trail[count] = bounced(points.trail[m], kind, dot(ng, wo) * dot(ng, wi) > 0.0)
-        count += 1
+        n = lobe_rays(rows, row, scratch, narrow)
+        for j in range(n):
+            count = _sample_lobe(laws, surfaces, points, m, (p, ns, ng, wo), gathers, lobes, j, n, paths, count)
+            if j + 1 < n and gathers == 1:
+                prepare(rows, row, ns, ng, wo, laws.threshold, scratch)  # what gathers was told apart in it
     return count
+
+
+@kernel
+def _sample_lobe(laws, surfaces, points, m, frame, gathers, lobes, j, n, paths, count):
+    """The j-th of n rays from the prepared lobes of visible point m, as path `count`; out: the next free place.
+
+    frame : (p, ns, ng, wo)
+    """
+    p, ns, ng, wo = frame
+    i = points.hit[m]
+    rows, row, scratch = surfaces.rows, surfaces.row[i], surfaces.scratch
+    key = points.key[m]
+    # random numbers once for all rays, and a lattice that spreads the rays evenly
+    u0 = (uniform(key, SECOND_DIMENSION) + j * LATTICE_U) % 1.0
+    u1 = (uniform(key, SECOND_DIMENSION + 1) + j * LATTICE_V) % 1.0
+    u2 = (uniform(key, SECOND_DIMENSION + 2) + j * LATTICE_W) % 1.0
+    ok, wi, weight, pdf_w, eta = sample(rows, row, ns, ng, wo, CLASS_ROUGH, scratch, (u0, u1, u2), 0, laws.threshold)
+    if not ok or max3(weight) <= 0.0:
+        return count
+    s = 1.0 / (eta * eta * n)
+    beta = load3(points.beta, m)
+    out = (beta[0] * weight[0] * s, beta[1] * weight[1] * s, beta[2] * weight[2] * s)
+    gather = out
+    if gathers != 2 and lobes != NARROW:
+        gather = (0.0, 0.0, 0.0)
+        if gathers == 1 and keep_lobes(rows, row, scratch, NARROW):
+            f, _ = eval_rough(rows, row, ns, ng, wo, wi, scratch)
+            s = abs(dot(ns, wi)) / (pdf_w * n)
+            gather = (beta[0] * f[0] * s, beta[1] * f[1] * s, beta[2] * f[2] * s)
+    store3(paths.o, count, leave(surfaces.geometry, surfaces.prim[i], p, ng, wi))
+    store3(paths.d, count, wi)
+    store3(paths.beta, count, out)
+    store3(paths.gather, count, gather)
+    paths.pdf_w[count] = pdf_w * n
+    store3(paths.origin, count, p)
+    store3(paths.normal, count, facing(ns, ng, wo))
+    paths.key[count] = key if j == 0 else path_key(key, LOBE_RAY + j)
+    paths.pixel[count] = points.pixel[m]
+    paths.bare[count] = True
+    if len(paths.inside):
+        prim = surfaces.prim[i]
+        paths.inside[count] = after_surface(laws.media, points.inside[m], prim, dot(ng, wo), dot(ng, wi))
+    if len(paths.trail):
+        kind = rough_kind(rows.kind[row], scratch)
+        paths.trail[count] = bounced(points.trail[m], kind, dot(ng, wo) * dot(ng, wi) > 0.0)
+    return count + 1

@@ -26,7 +26,7 @@ from .emission import multiply_radiance
 from .eye_batch import EyePaths, Tile, VisiblePoints, empty_paths, empty_points, empty_tile
 from .eye_kernels import camera_rays, eye_step, further_rays
 from .gather_kernels import Lookup, Radius, gather
-from .lobes import ALL, NARROW, WIDE
+from .lobes import ALL, NARROW, WIDE, most_lobe_rays
 from .photon_kernels import Surfaces
 from .render_scene import BACKGROUND_DEPTH, RenderScene
 from .second_kernels import narrow_points, second_step
@@ -54,7 +54,7 @@ class EyeRun(NamedTuple):
     splits: int  # at how many forks an eye path goes every way
     light_samples: int  # 0: no direct light
     caustics: bool  # whether caustics are gathered at visible points, not only behind final gathers
-    lobe_rays: bool  # whether rays from the lobes can meet a light or gather
+    lobe_rays: int  # from a narrow lobe, one from others; 0: none can meet a light or gather
     gather_all: bool  # final gather at every visible point
     gather_narrow: bool  # final gather for narrow lobes
     around: float  # how many footprints around visible points walls and rims are looked for; 0: they are not
@@ -199,7 +199,7 @@ def _shadow_rays(
     """One shadow ray from every visible point."""
     rays = empty_shadow_rays(len(points.hit), scene.absorbs)
     count = sample_lights(
-        scene.laws, scene.lights, surfaces, points, j, run.light_samples, 1 if run.lobe_rays else 0, lobes, rays
+        scene.laws, scene.lights, surfaces, points, j, run.light_samples, run.lobe_rays, lobes, rays
     )
     rays = head(rays, count)
     multiply_radiance(scene, rays.emitter, rays.place, -rays.d, rays.light)
@@ -227,9 +227,9 @@ def _second_rays(
     scene: RenderScene, run: EyeRun, maps: Maps, surfaces: Surfaces, points: VisiblePoints, tile: Tile, landing: int
 ) -> int:
     """One ray from the lobes of every visible point: direct light by MIS, diffuse light by final gather."""
-    paths = empty_second_paths(len(points.hit), scene.absorbs, scene.trails)
+    paths = empty_second_paths(len(points.hit) * most_lobe_rays(run.lobe_rays), scene.absorbs, scene.trails)
     gathers = 2 if run.gather_all else 1 if run.gather_narrow else 0
-    count = sample_lobes(scene.laws, surfaces, points, gathers, NARROW if landing else ALL, paths)
+    count = sample_lobes(scene.laws, surfaces, points, gathers, NARROW if landing else ALL, run.lobe_rays, paths)
     paths = head(paths, count)
     traced = 0
     for bounce in range(run.max_bounces):
@@ -269,6 +269,6 @@ def _light_landings(
     count = narrow_points(surfaces, landings, landing, points)
     if not count:
         return rays
-    run = run._replace(light_samples=1)
+    run = run._replace(light_samples=1, lobe_rays=1)
     diffuse = tile._replace(direct=tile.diffuse, caustic=tile.diffuse, caustic_bias=tile.diffuse_bias)
     return rays + _light_points(scene, run, maps, surfaces, head(points, count), diffuse, landing)

@@ -39,7 +39,7 @@ def find_edges(
         return nothing, 0
     key = make_key(settings.seed, EDGES, STREAM_PILOT)
     bounces, splits = settings.max_bounces, settings.splits
-    run = EyeRun(key, bounces, splits, 0, False, False, False, False, 0.0, nothing, 0, Clock())  # nothing is lit
+    run = EyeRun(key, bounces, splits, 0, False, 0, False, False, 0.0, nothing, 0, Clock())  # nothing is lit
     looks = pool.map(partial(_look, scene, run, len(nothing), cancelled), range(0, len(nothing), PIXELS_AT_ONCE))
     edges = at_edge(np.concatenate(list(looks)).reshape(height, width)).ravel()
     count = int(edges.sum())

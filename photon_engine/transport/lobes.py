@@ -17,6 +17,7 @@ from ..jit import kernel
 from ..shading.trail import DIFFUSE, GLOSSY
 
 ALL, WIDE, NARROW = 0, 1, 2  # of the rough lobes
+REFRACTED = 2  # times more rays into rough glass than to a rough mirror: they turn twice before they meet a lamp
 
 
 @kernel
@@ -49,6 +50,29 @@ def _keep(rows, row, scratch, narrow):
 def keep_lobes(rows, row, scratch, lobes):
     """Silence some lobes of a prepared row: ALL, WIDE or NARROW stay; out: whether a rough lobe remains."""
     return lobes == ALL or _keep(rows, row, scratch, lobes == NARROW)
+
+
+@kernel
+def lobe_rays(rows, row, scratch, narrow):
+    """How many rays leave a prepared row's rough lobes: one from wide ones, `narrow` or more where one is narrow.
+
+    Narrow lobes see lamps and bright things that shadow rays and photons tell them little about. One ray a pass was
+    77% of the noise of material_shelf's diffuse light, in the 3% of its pixels that show a ball of rough glass.
+    """
+    found = 1
+    if narrow > 1:
+        for k in range(rows.kind.shape[1]):
+            kind = rows.kind[row, k]
+            if kind == NONE:  # beyond it scratch holds another hit's lobes
+                break
+            if scratch[k, 4] == CLASS_ROUGH and scratch[k, 3] > 0.0 and is_narrow(rows, row, k):
+                found = max(found, narrow * REFRACTED if kind == GLASS or kind == REFRACT else narrow)
+    return found
+
+
+def most_lobe_rays(narrow: int) -> int:
+    """The most that `lobe_rays` tells."""
+    return narrow * REFRACTED if narrow > 1 else 1
 
 
 @kernel

@@ -42,6 +42,7 @@ MOST_DROPPED = 0.01  # of the light of photons: what is cut off beyond that is r
 # how far around visible points walls and rims are looked for: so many gather radii, for several points to share a look
 LOOK_AROUND = 2.0
 LEAST_AROUND = 8.0  # [px] at least; objects of less than half of this are overlooked
+MOST_LOBE_RAYS = 4  # from a narrow lobe: on material_shelf 8 are no less noise for their time
 MOST_CELLS = 4.0  # a query reads up to (2 x 4 + 1)^2 rows; a plane that runs to the horizon asked for millions
 PASS_NAMES = (
     "Direct", "Caustic", "Diffuse", "Emission", "Environment", "Alpha", "Depth", "Normal", "Albedo", "CausticBias",
@@ -169,7 +170,7 @@ class Renderer:
             self.settings.splits,
             self.settings.light_samples if plan.direct and group == 0 else 0,
             plan.caustic_points.runs,
-            plan.lobe_rays.runs and (group == 0 or gathers),
+            min(self.settings.light_samples, MOST_LOBE_RAYS) if plan.lobe_rays and (group == 0 or gathers) else 0,
             plan.gather_all.runs,
             plan.gather_narrow.runs,
             max(around, LEAST_AROUND) if plan.edges else 0.0,

@@ -99,11 +99,11 @@ def test_report_holds_every_engine_and_component(tmp_path, monkeypatch):
         rng = np.random.default_rng(int(seconds))
         noise = rng.normal(0.0, 0.1 / seconds**0.5, (24, 32, 3)).astype(np.float32)
         pictures = {"Combined": picture() + noise, "Caustic": picture(0.1) + noise, "Emission": picture(0.0)}
-        return Run(seconds, 0.5, {"passes": 3}, pictures)
+        return Run(seconds, 0.5, {"passes": 3}, pictures, 2.0 * seconds)
 
     def cycles(task, seconds, denoise, place):
         assert task.threads == 2 and task.resolution == (32, 24)
-        return Run(1.1 * seconds, 0.5, {}, {"Combined": picture(0.6)})
+        return Run(1.1 * seconds, 0.5, {}, {"Combined": picture(0.7)}, 2.2 * seconds)
 
     monkeypatch.setattr(command, "ours", ours)
     monkeypatch.setattr(command, "cycles", cycles)
@@ -120,5 +120,9 @@ def test_report_holds_every_engine_and_component(tmp_path, monkeypatch):
     found = [point["relMSE"] for point in ours_combined]
     assert found == pytest.approx([0.01 / s / 0.26 for s in (1, 2, 4)], rel=0.1)  # 2304 values: 3% of their square
     assert record["machine"]["cores"] and record["threads"] == 2
-    assert "Photon Map, denoised" in said[-2] and "room.svg" in said[-1]
+    assert "Photon Map, denoised" in said[-6] and "room.svg" in said[-1]
+    raw = record["against"][0]
+    assert (raw["pictures"], raw["clock"], raw["bound"]) == ("raw", "seconds", ">")
+    assert raw["times"] == pytest.approx(4.4) and raw["stays"] == pytest.approx(0.04 / 0.26, rel=1e-5)
+    assert said[-5].startswith("raw: at least 4.4 times faster") and said[-2].startswith("denoised: at least 4.4 times")
     assert all((tmp_path / "out" / f"room.{kind}").stat().st_size > 5000 for kind in ("png", "svg"))
