@@ -13,6 +13,7 @@ import OpenImageIO as oiio
 import pytest
 
 from photon_engine.blender.cameras import extract_camera, extract_frame
+from photon_engine.blender.places import Places
 from photon_engine.camera.rays import build_camera, generate_ray
 from photon_engine.issues import IssueLog, RenderError
 
@@ -91,7 +92,7 @@ def our_table(scene):
     """Camera and frame as extracted, and the table for kernels."""
     depsgraph = bpy.context.evaluated_depsgraph_get()
     frame = extract_frame(scene)
-    return build_camera(extract_camera(scene, depsgraph, IssueLog()), frame), frame
+    return build_camera(extract_camera(scene, depsgraph, Places(), IssueLog()), frame), frame
 
 
 def hit(table, px, py, u=(0.5, 0.5, 0.5, 0.5)):
@@ -208,7 +209,7 @@ def test_focus_object_counts_along_the_view_axis(scene, tmp_path):
     scene.collection.objects.link(focus)
     dof = scene.camera.data.dof
     dof.use_dof, dof.focus_object = True, focus
-    camera = extract_camera(scene, bpy.context.evaluated_depsgraph_get(), IssueLog())
+    camera = extract_camera(scene, bpy.context.evaluated_depsgraph_get(), Places(), IssueLog())
     axis = -np.array(scene.camera.matrix_world.to_quaternion().to_matrix())[:, 2]
     expected = axis @ np.array(focus.location - scene.camera.location)
     assert camera.focus_distance == pytest.approx(expected, abs=1e-5)

@@ -8,12 +8,13 @@ import numpy as np
 
 from ..issues import IssueLog, RenderError
 from ..scene.data import Camera, Frame
+from .places import Places
 
 MILLIMETRE = 1e-3
 SMALLEST_FSTOP = 1e-5  # as Cycles
 
 
-def extract_camera(scene: Any, depsgraph: Any, issues: IssueLog, override: Any = None) -> Camera:
+def extract_camera(scene: Any, depsgraph: Any, places: Places, issues: IssueLog, override: Any = None) -> Camera:
     """The scene's camera (or another object) as evaluated; RenderError when there is none that can be used."""
     ob = override if override is not None else scene.camera
     if ob is None:
@@ -26,7 +27,7 @@ def extract_camera(scene: Any, depsgraph: Any, issues: IssueLog, override: Any =
         raise RenderError(
             ob.name, f"{data.type.lower()} cameras are not supported", "set Lens > Type to Perspective or Orthographic"
         )
-    matrix = camera_matrix(ob)
+    matrix = camera_matrix(ob, places)
     camera = Camera(
         name=ob.name,
         kind=data.type,
@@ -37,14 +38,14 @@ def extract_camera(scene: Any, depsgraph: Any, issues: IssueLog, override: Any =
     )
     if data.dof.use_dof:
         _set_lens(camera, data)
-        camera.focus_distance = focus_distance(ob, matrix)
+        camera.focus_distance = focus_distance(ob, places, matrix)
     _report_unsupported(ob, scene, issues)
     return camera
 
 
-def camera_matrix(ob: Any) -> np.ndarray:
+def camera_matrix(ob: Any, places: Places) -> np.ndarray:
     """Camera to world without scale, (4, 4) f64."""
-    matrix = np.array(ob.matrix_world, np.float64)
+    matrix = places.of(ob).copy()
     lengths = np.linalg.norm(matrix[:3, :3], axis=0)
     if not (np.isfinite(matrix).all() and (lengths > 0.0).all()):
         raise RenderError(ob.name, "the camera's transform is undefined or has a scale of 0", "clear its scale")
@@ -79,13 +80,13 @@ def camera_window(data: Any, render: Any) -> tuple[float, float, float, float]:
     )  # fmt: skip
 
 
-def focus_distance(ob: Any, matrix: np.ndarray) -> float:
+def focus_distance(ob: Any, places: Places, matrix: np.ndarray) -> float:
     """Distance of the focal plane along the view axis [m]."""
     dof = ob.data.dof
     target = dof.focus_object
     if target is None:
         return dof.focus_distance
-    focus = np.array(target.matrix_world, np.float64)
+    focus = places.of(target)
     bone = target.pose.bones.get(dof.focus_subtarget) if target.pose and dof.focus_subtarget else None
     if bone is not None:
         focus = focus @ np.array(bone.matrix, np.float64)

@@ -16,6 +16,7 @@ from .lights import extract_light
 from .meshes import MeshNeeds, worn_slots
 from .needs import merge_needs, needs_of
 from .node_trees import light_graph, material_graph, world_graph
+from .places import Places
 from .world import extract_world
 
 NO_MATERIAL = 0  # no data-block has this address
@@ -33,10 +34,11 @@ def extract_scene(
     scene = depsgraph.scene_eval
     layer = view_layer if view_layer is not None else depsgraph.view_layer_eval
     data = SceneData(name=scene.name, frame_number=scene.frame_current)
-    data.camera = extract_camera(scene, depsgraph, issues, camera)
+    places = Places()
+    data.camera = extract_camera(scene, depsgraph, places, issues, camera)
     data.frame = extract_frame(scene)
     extraction = _Extraction(data, scene, layer, issues, keep or Keep())
-    for item in visible_occurrences(depsgraph, issues):
+    for item in visible_occurrences(depsgraph, places, issues):
         extraction.add(item)
     extraction.read_meshes()
     world = layer.world_override or scene.world

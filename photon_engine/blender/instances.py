@@ -10,6 +10,7 @@ import numpy as np
 from ..issues import IssueLog
 from ..scene.data import Instance
 from .lights import report_light_linking
+from .places import Places
 
 # geometry that does not become a mesh, as users know it
 UNSUPPORTED = {
@@ -28,7 +29,7 @@ class Occurrence(NamedTuple):
     source: Any  # the depsgraph's object instance
 
 
-def visible_occurrences(depsgraph: Any, issues: IssueLog) -> Iterator[Occurrence]:
+def visible_occurrences(depsgraph: Any, places: Places, issues: IssueLog) -> Iterator[Occurrence]:
     """All that the evaluated scene shows, lamps and geometry alike, in Blender's order."""
     hidden = hidden_in_render(depsgraph) if depsgraph.mode == "VIEWPORT" else frozenset()
     for item in depsgraph.object_instances:
@@ -43,8 +44,7 @@ def visible_occurrences(depsgraph: Any, issues: IssueLog) -> Iterator[Occurrence
         if ob.type in UNSUPPORTED:
             issues.warn(ob.name, f"{UNSUPPORTED[ob.type]} are not supported yet: it is not rendered")
             continue
-        matrix = np.array(item.matrix_world, np.float64)
-        yield Occurrence(ob, parent, matrix, random_number(item, ob), item)
+        yield Occurrence(ob, parent, places.of_instance(item), random_number(item, ob), item)
 
 
 def hidden_in_render(depsgraph: Any) -> frozenset[str]:

@@ -104,7 +104,7 @@ def _pointer(props: dict, name: str, owner: Any, images: ImageTable) -> None:
     elif isinstance(value, bpy.types.CurveMapping):
         props[name] = curve_data(value)
     elif isinstance(value, bpy.types.Object):
-        props[f"{name}_inverse"] = [list(row) for row in value.matrix_world.inverted_safe()]
+        props[f"{name}_inverse"] = inverse_matrix(value.matrix_world)
     elif isinstance(value, bpy.types.TexMapping):
         if not _is_plain_mapping(value):
             props[name] = mapping_data(value)
@@ -143,6 +143,14 @@ def ramp_data(ramp: Any) -> dict[str, Any]:
     """A colour ramp sampled at 256 places: table (256, 4) f32, interpolation."""
     table = np.array([ramp.evaluate(i / (RAMP_SIZE - 1)) for i in range(RAMP_SIZE)], np.float32)
     return {"table": table, "interpolation": ramp.interpolation}
+
+
+def inverse_matrix(matrix: Any) -> list[list[float]]:
+    """World to the local space of a ``mathutils.Matrix``: in double, since Blender's own inverse is rounded."""
+    double = np.array(matrix, np.float64)
+    if np.linalg.matrix_rank(double[:3, :3]) < 3:
+        return [list(row) for row in matrix.inverted_safe()]
+    return np.linalg.inv(double).tolist()
 
 
 def curve_data(mapping: Any) -> dict[str, Any]:

@@ -32,6 +32,9 @@ FOCUSED = 32  # AREA: spread below 180 degrees
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 MANY = 32  # above so many lamps a tree selects among them instead of a look at each
 UNIFORM_SHARE = 0.5  # of the static selection; the rest follows power
+# of the photons, shared evenly by all lights, and within the emissive triangles by area: where a lamp of 1e-6 of the
+# power is alone, as in the next room, there is light and an error bar instead of neither
+PHOTON_FLOOR = 0.05
 MIN_AXIS = 1e-12  # a shorter column of a matrix [m] has no direction
 
 
@@ -65,7 +68,7 @@ class LightTable(NamedTuple):
     flux: np.ndarray  # (L, 3) f64, entering the bounding sphere of the scene [W]
     power: np.ndarray  # (L,) f64, what `selection.light_weight` scales: intensity, irradiance or flux by kind
     near_cdf: np.ndarray  # (n_near,) f64, half uniform, half by flux: the share of every lamp where a tree selects
-    photon_cdf: np.ndarray  # (L,) f64, by flux: whole-scene photons
+    photon_cdf: np.ndarray  # (L,) f64, by flux, PHOTON_FLOOR evenly: whole-scene photons
     emitter_of_tri: np.ndarray  # (T,) i32, index into the M emissive triangles, or -1
     tri_id: np.ndarray  # (M,) i32, global triangle
     tri_v0: np.ndarray  # (M, 3) f64 [m]
@@ -74,7 +77,7 @@ class LightTable(NamedTuple):
     tri_radiance: np.ndarray  # (M, 3) f64 [W/m^2/sr], average
     tri_shaded: np.ndarray  # (M,) bool, whether it must be evaluated at the point: light from it is then given as white
     tri_area: np.ndarray  # (M,) f64 [m^2]
-    tri_cdf: np.ndarray  # (M,) f64, by flux
+    tri_cdf: np.ndarray  # (M,) f64, by flux, PHOTON_FLOOR by area
     lamp_tree: LightTree  # over the lamps that are not suns; empty where there are at most MANY
     tri_tree: LightTree  # over the M emissive triangles
     center: np.ndarray  # (3,) f64, bounding sphere of the geometry [m]
@@ -165,8 +168,8 @@ def _pack(rows: list[_Row], triangles: dict, lookup: np.ndarray, sphere: tuple) 
         to_local=stack("to_local", 3, 3),
         flux=flux,
         power=stack("power"),
-        near_cdf=make_cdf(_shares(weights[: len(near)], UNIFORM_SHARE)),
-        photon_cdf=make_cdf(_shares(weights, 0.0)),
+        near_cdf=make_cdf(_shares(weights[: len(near)], UNIFORM_SHARE, np.ones(len(near)))),
+        photon_cdf=make_cdf(_shares(weights, PHOTON_FLOOR, weights > 0.0)),
         emitter_of_tri=lookup,
         **triangles,
         lamp_tree=build_tree(lamp_bounds(near if len(near) > MANY else [])),
@@ -178,10 +181,12 @@ def _pack(rows: list[_Row], triangles: dict, lookup: np.ndarray, sphere: tuple) 
     )
 
 
-def _shares(weights: np.ndarray, uniform: float) -> np.ndarray:
-    """Probabilities by weight, `uniform` of them shared evenly; all of them where nothing has weight."""
-    total, even = weights.sum(), np.full(len(weights), 1.0 / max(len(weights), 1))
-    return uniform * even + (1.0 - uniform) * weights / total if total > 0.0 else even
+def _shares(weights: np.ndarray, floor: float, sizes: np.ndarray) -> np.ndarray:
+    """Probabilities (n,) by weight, `floor` of them by size; all of them even where nothing has weight."""
+    total = weights.sum()
+    if not total > 0.0:
+        return np.full(len(weights), 1.0 / max(len(weights), 1))
+    return floor * (sizes / sizes.sum()) + (1.0 - floor) * (weights / total)
 
 
 def lamp_bounds(rows: list[_Row]) -> Bounds:
@@ -227,8 +232,8 @@ def _triangles(emitters: Emitters) -> dict:
     area = 0.5 * np.linalg.norm(np.cross(e1, e2), axis=1)
     radiance = np.asarray(emitters.radiance, np.float64).reshape(-1, 3)
     weights = area * (radiance @ LUMINANCE)
-    total = weights.sum()
-    cdf = make_cdf(weights / total) if total > 0.0 else np.zeros(len(weights))
+    lit = np.where(weights > 0.0, area, 0.0)
+    cdf = make_cdf(_shares(weights, PHOTON_FLOOR, lit)) if weights.any() else np.zeros(len(weights))
     outward = np.zeros(len(area)) if emitters.outward is None else np.asarray(emitters.outward, np.float64)
     shaded = np.zeros(len(area), bool) if emitters.shaded is None else np.asarray(emitters.shaded, bool)
     return {

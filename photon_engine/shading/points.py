@@ -16,7 +16,7 @@ class ObjectTable:
 
     matrix: np.ndarray  # (I, 3, 3) f32, object to world, linear part
     inverse: np.ndarray  # (I, 3, 3) f32, its inverse (pseudo-inverse of a flattened object)
-    location: np.ndarray  # (I, 3) f32, object's origin in the world [m]
+    location: np.ndarray  # (I, 3) f64, object's origin in the world [m]
     color: np.ndarray  # (I, 4) f32
     pass_index: np.ndarray  # (I,) f32
     random: np.ndarray  # (I,) f32
@@ -31,7 +31,7 @@ class ObjectTable:
         return cls(
             matrix=linear.astype(np.float32),
             inverse=np.linalg.pinv(linear).astype(np.float32) if len(linear) else linear.astype(np.float32),
-            location=np.array([m[:3, 3] for m in matrices], np.float32).reshape(-1, 3),
+            location=np.array([m[:3, 3] for m in matrices], np.float64).reshape(-1, 3),
             color=np.array([item.color for item in instances], np.float32).reshape(-1, 4),
             pass_index=np.array([item.pass_index for item in instances], np.float32),
             random=np.array([item.random for item in instances], np.float32),
@@ -54,7 +54,10 @@ class Around(Protocol):
 
 
 class Rays(Protocol):
-    """Ray queries in the world from shaded points; d (n, 3) need not be unit, t_max (n,) is in its lengths."""
+    """Ray queries from shaded points; d (n, 3) need not be unit, t_max (n,) is in its lengths.
+
+    Positions have the points' `origin`.
+    """
 
     def free(self, points: ShadePoints, d: np.ndarray, t_max: np.ndarray, own: bool) -> np.ndarray:
         """(n,) bool: nothing, or with `own` nothing of the point's own object, within t_max along d."""
@@ -78,11 +81,12 @@ class ShadePoints:
     Normals face outward, whatever side was hit, as everywhere outside `shading/`.
     """
 
-    p: np.ndarray  # (n, 3) f32, world, not recentred [m]
+    p: np.ndarray  # (n, 3) f32, recentred: less `origin` [m]
     ng: np.ndarray  # (n, 3) f32, unit
     ns: np.ndarray  # (n, 3) f32, unit
     wo: np.ndarray  # (n, 3) f32, unit, to where the path came from
     backfacing: np.ndarray  # (n,) bool, dot(wo, ng) < 0
+    origin: np.ndarray = field(default_factory=lambda: np.zeros(3))  # (3,) f64, of `p` in the world [m]
     uvs: dict[str, np.ndarray] = field(default_factory=dict)  # layer ("" is the active one) -> (n, 2) f32
     generated: np.ndarray | None = None  # (n, 3) f32
     object: np.ndarray | None = None  # (n, 3) f32, p in the object's space
@@ -94,7 +98,7 @@ class ShadePoints:
     island_random: np.ndarray | None = None  # (n,) f32, Geometry > Random Per Island
     instance: np.ndarray | None = None  # (n,) i32, row of `objects`
     objects: ObjectTable | None = None
-    camera: np.ndarray | None = None  # (4, 4) f32, world to camera with z along the view axis
+    camera: np.ndarray | None = None  # (4, 4) f32, from `p` to the camera's space with z along the view axis
     window: tuple[float, ...] | None = None  # left, right, bottom, top of Camera.window, 1 for perspective
     trail: np.ndarray | None = None  # (n,) i64, of eye paths: shading/trail.py; None: light is sampled
     ray_length: np.ndarray | None = None  # (n,) f32, of an eye path's last ray [m]
@@ -106,6 +110,16 @@ class ShadePoints:
     def __len__(self) -> int:
         """Number of points."""
         return len(self.p)
+
+    def world(self) -> np.ndarray:
+        """Positions in the world (n, 3) f32: far from the origin of coarser steps than `p`."""
+        return (self.p + self.origin).astype(np.float32)
+
+    def to_space(self, inverse: np.ndarray) -> np.ndarray:
+        """What takes `p` to a space (4, 4) f32, from world to that space (4, 4): rounded only when all is composed."""
+        out = np.array(inverse, np.float64)
+        out[:3, 3] += out[:3, :3] @ self.origin
+        return out.astype(np.float32)
 
     def facing(self, normals: np.ndarray) -> np.ndarray:
         """Normals (n, 3) turned to the side that was hit, as nodes see them."""
@@ -120,7 +134,7 @@ class ShadePoints:
             value = getattr(self, item.name)
             if isinstance(value, dict):
                 value = {name: rows[index] for name, rows in value.items()}
-            elif isinstance(value, np.ndarray) and item.name != "camera":
+            elif isinstance(value, np.ndarray) and item.name not in ("camera", "origin"):
                 value = value[index]
             elif item.name == "around":
                 value = None
@@ -136,7 +150,7 @@ def sky_points(d: np.ndarray, trail: np.ndarray | None = None) -> ShadePoints:
     d = np.ascontiguousarray(d, np.float32)
     n = len(d)
     objects = ObjectTable(
-        np.eye(3, dtype=np.float32)[None], np.eye(3, dtype=np.float32)[None], np.zeros((1, 3), np.float32),
+        np.eye(3, dtype=np.float32)[None], np.eye(3, dtype=np.float32)[None], np.zeros((1, 3)),
         np.ones((1, 4), np.float32), np.zeros(1, np.float32), np.zeros(1, np.float32),
     )  # fmt: skip
     return ShadePoints(
@@ -169,7 +183,7 @@ def probe_points(n: int, needs: frozenset[str] = frozenset()) -> ShadePoints:
 
     layers = {name.partition(":")[2]: np.zeros((n, 2), np.float32) for name in needs if name.split(":")[0] == "uv"}
     objects = ObjectTable(
-        np.eye(3, dtype=np.float32)[None], np.eye(3, dtype=np.float32)[None], np.zeros((1, 3), np.float32),
+        np.eye(3, dtype=np.float32)[None], np.eye(3, dtype=np.float32)[None], np.zeros((1, 3)),
         np.ones((1, 4), np.float32), np.zeros(1, np.float32), np.zeros(1, np.float32),
     )
     return ShadePoints(

@@ -34,7 +34,7 @@ def fill_attributes(points: ShadePoints, needs: frozenset[str], scene: SceneData
         elif kind == "camera":
             to_camera = np.linalg.inv(scene.camera.matrix)
             to_camera[2] = -to_camera[2]
-            points.camera = to_camera.astype(np.float32)
+            points.camera = points.to_space(to_camera)
             points.window = (*scene.camera.window, float(scene.camera.kind == "PERSP"))
         elif kind == "corners":
             points.corners = corners_from(points.p, flat, hits.prim)
@@ -43,9 +43,9 @@ def fill_attributes(points: ShadePoints, needs: frozenset[str], scene: SceneData
 
 
 def corners_from(p: np.ndarray, flat: Flattened, prim: np.ndarray) -> np.ndarray:
-    """Corners of triangles (n, 3, 3) f32 from world points p (n, 3) [m]."""
+    """Corners of triangles (n, 3, 3) f32 from recentred points p (n, 3) [m]."""
     corner = flat.geometry.positions[flat.geometry.triangles[prim]].astype(np.float64)
-    return (corner + flat.origin - p[:, None, :]).astype(np.float32)
+    return (corner - p[:, None, :]).astype(np.float32)
 
 
 def generated_coordinates(mesh: Mesh) -> np.ndarray:
@@ -85,7 +85,7 @@ class Neighbours:
         self.points = points
         self.needs = needs
         self.scene, self.flat, self.prim = scene, flat, hits.prim
-        self.dp = tangents_of_length(points.facing(points.ng), pixel_width(scene, points.p))
+        self.dp = tangents_of_length(points.facing(points.ng), pixel_width(scene, points))
         self._found: dict[tuple[int, float], ShadePoints] = {}
 
     def at(self, axis: int, width: float) -> ShadePoints:
@@ -143,23 +143,23 @@ def in_triangle(e1: np.ndarray, e2: np.ndarray, offset: np.ndarray) -> tuple[np.
 LEAST_SHIFT = 2e-5
 
 
-def pixel_width(scene: SceneData, p: np.ndarray) -> np.ndarray:
-    """Width [m] of a camera's pixel at world points (n, 3), for photons too: both must see the same slopes.
+def pixel_width(scene: SceneData, points: ShadePoints) -> np.ndarray:
+    """Width (n,) f32 [m] of a camera's pixel at points, for photons too: both must see the same slopes.
 
     The mean of how far a step of a pixel across and up turns the ray, times its length: Cycles' compact differentials.
     """
     camera, frame = scene.camera, scene.frame
     across = (camera.window[1] - camera.window[0]) / frame.width
     up = (camera.window[3] - camera.window[2]) / frame.height
-    width = np.full(len(p), 0.5 * (across + up))
+    width = np.full(len(points), 0.5 * (across + up))
     if camera.kind == "PERSP":
-        away = p - camera.matrix[:3, 3]
+        away = points.p - (camera.matrix[:3, 3] - points.origin)
         size = np.linalg.norm(away, axis=1)
         axes = camera.matrix[:3, :3] / np.linalg.norm(camera.matrix[:3, :3], axis=0)
         d = (away / np.where(size > 0.0, size, 1.0)[:, None]) @ axes  # z: cosine of the angle to the view axis
         turn = across * np.sqrt(1.0 - np.minimum(d[:, 0] ** 2, 1.0)) + up * np.sqrt(1.0 - np.minimum(d[:, 1] ** 2, 1.0))
         width = 0.5 * turn * np.abs(d[:, 2]) * size
-    return np.maximum(width, LEAST_SHIFT * np.abs(p).max(axis=1, initial=1e-3)).astype(np.float32)
+    return np.maximum(width, LEAST_SHIFT * np.abs(points.p).max(axis=1, initial=1e-3)).astype(np.float32)
 
 
 class _Lookup:
@@ -227,7 +227,7 @@ class _Lookup:
 
 
 def _object_coordinates(points: ShadePoints) -> np.ndarray:
-    """World points in the space of their objects."""
+    """The points in the space of their objects."""
     table = points.objects
-    local = points.p - table.location[points.instance]
+    local = points.p - (table.location - points.origin).astype(np.float32)[points.instance]
     return np.einsum("nij,nj->ni", table.inverse[points.instance], local).astype(np.float32)

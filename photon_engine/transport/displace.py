@@ -107,7 +107,7 @@ def _points(scene: SceneData, flat: Flattened, objects: ObjectTable, program: Pr
     p, ng, ns = (np.empty((n, 3), np.float32) for _ in range(3))
     surface_points(flat.geometry, hits.prim, hits.u, hits.v, p, ng, ns)
     points = ShadePoints(
-        p=(p + flat.origin).astype(np.float32), ng=ng, ns=ns, wo=ns, backfacing=np.zeros(n, bool),
+        p=p, origin=flat.origin, ng=ng, ns=ns, wo=ns, backfacing=np.zeros(n, bool),
         instance=np.zeros(n, np.int32), objects=objects, parametric=np.stack([hits.u, hits.v], axis=1),
     )  # fmt: skip
     fill_attributes(points, program.needs, scene, flat, hits)

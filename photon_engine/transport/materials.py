@@ -113,9 +113,9 @@ class MaterialTable:
         n = len(hits.prim)
         p, ng, ns = (np.empty((n, 3), np.float32) for _ in range(3))
         surface_points(self.flat.geometry, hits.prim, hits.u, hits.v, p, ng, ns)
-        world = (p + self.flat.origin).astype(np.float32)
         points = ShadePoints(
-            p=world,
+            p=p,
+            origin=self.flat.origin,
             ng=ng,
             ns=ns,
             wo=np.ascontiguousarray(wo, np.float32),

@@ -14,7 +14,7 @@ f32 = np.float32
 
 
 class NodeRays:
-    """Ray queries of a scene, in world coordinates. Trees of single instances are made when first asked for."""
+    """Ray queries of a scene, in its recentred coordinates. Trees of single instances are made when first asked for."""
 
     def __init__(self, flat: Flattened, intersector: Intersector) -> None:
         self.flat = flat
@@ -35,12 +35,12 @@ class NodeRays:
         return out
 
     def crossings(self, points, o: np.ndarray, d: np.ndarray, t_max: np.ndarray, most: int) -> list[tuple]:
-        """The points' own objects along rays o + t d in the world: up to `most` lists (index, p, ng, ns) of crossings.
+        """The points' own objects along rays o + t d: up to `most` lists (index, p, ng, ns) of crossings.
 
-        p, ng, ns (k, 3) f32, in the world; normals face outward.
+        p, ng, ns (k, 3) f32; normals face outward.
         """
         found = []
-        start = np.ascontiguousarray(o - self.flat.origin, f32)
+        start = np.array(o, f32)
         d, left = np.ascontiguousarray(d, f32), np.ascontiguousarray(t_max, f32).copy()
         alive = np.arange(len(o))
         for _ in range(most):
@@ -58,7 +58,7 @@ class NodeRays:
                 break
             p, ng, ns = (np.empty((len(alive), 3), f32) for _ in range(3))
             surface_points(self.flat.geometry, prim[met], u[met], v[met], p, ng, ns)
-            found.append((alive, (p + self.flat.origin).astype(f32), ng, ns))
+            found.append((alive, p, ng, ns))
             step = t[met] + RELATIVE_OFFSET * np.abs(start[alive]).max(axis=1).clip(self.flat.radius * 0.125)
             start[alive] += step[:, None].astype(f32) * d[alive]
             left[alive] -= step
@@ -66,12 +66,12 @@ class NodeRays:
         return found
 
     def nearest(self, points, o: np.ndarray | None, d: np.ndarray, t_max: np.ndarray, own: bool) -> tuple:
-        """(hit, t, self, n) of the first surface along rays o + t d in the world, from the points where o is None.
+        """(hit, t, self, n) of the first surface along rays o + t d, from the points where o is None.
 
         hit, self (n,) bool, the latter where it is of the point's own object; t (n,) f32; n (n, 3) f32, the shading
         normal on the side that was hit.
         """
-        start = self._leaving(points, d) if o is None else np.ascontiguousarray(o - self.flat.origin, f32)
+        start = self._leaving(points, d) if o is None else np.ascontiguousarray(o, f32)
         d, t_max = np.ascontiguousarray(d, f32), np.ascontiguousarray(t_max, f32)
         prim, u, v, t = (np.array(field) for field in self._first(points, start, d, t_max, own))
         hit = prim >= 0
@@ -97,7 +97,7 @@ class NodeRays:
 
     def _leaving(self, points, d: np.ndarray) -> np.ndarray:
         """Origins (n, 3) f32, recentred, of rays along d, off the surface as `geometry.surface.offset_origin` does."""
-        p = points.p - self.flat.origin
+        p = points.p
         corners = points.corners
         reach = 0.5 * np.ptp(corners, axis=1).max(axis=1)
         size = np.maximum(np.abs(p).max(axis=1), 0.125 * reach)

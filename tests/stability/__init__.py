@@ -5,8 +5,8 @@ from __future__ import annotations
 import importlib
 
 MODULES = (
-    "space", "lamps", "views", "shapes", "pictures", "chains", "indices", "roughness", "grazing", "stiff", "deposits",
-    "state",
+    "space", "blends", "lamps", "views", "shapes", "pictures", "chains", "indices", "roughness", "grazing", "stiff",
+    "deposits", "state",
 )  # fmt: skip
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from photon_engine.driver.checks import check_scene
 from photon_engine.film.accumulate import Film
+from photon_engine.film.error import brightness, error_map, picture_error
 from photon_engine.film.passes import LIGHT_NAMES
 from photon_engine.issues import IssueLog
 from photon_engine.settings import Settings
@@ -18,6 +19,11 @@ from photon_engine.transport.renderer import Renderer
 SMALL = {"caustic_photons": 20_000, "diffuse_photons": 20_000, "threads": 1}
 SIZE = 24  # [px]
 BLOCK = 8  # [px]
+PASSES, MORE = 8, 64  # of the run whose errors are judged, and of its judge
+FACTOR = 1.5  # between the claimed and the true error of the picture
+# the long run is no judge of bias with a radius of its own: half of what the short run smears would be in both
+SHARP = {"caustic_photons": 50_000, "diffuse_photons": 50_000, "caustic_radius": 1.0, "diffuse_radius": 2.0}
+A_FEW = 4  # pixels: a lamp seen by chance in a wave; not even the long run has met all
 
 
 class Shot(NamedTuple):
@@ -151,6 +157,29 @@ def average(shot: Shot, name: str, expected: float, allowed: float, most_noise: 
     good = used <= 1.0 and noise <= most_noise
     text = f"{value:.5g}, expected {expected:.5g}: off by {value / expected - 1.0:+.1%}, noise {noise:.1%}"
     return Finding(good, text, shot.seconds, used)
+
+
+def calibrated(scene, names=("Combined",), least_inside: float = 0.9, **settings) -> Finding:
+    """Claimed errors after PASSES against the true ones, by a run of MORE passes of another seed and smaller radii.
+
+    least_inside : of pixels in intervals that claim 95%
+    The claimed error of the picture may be FACTOR times too small or too large, beside A_FEW pixels that are wrong by
+    all their brightness.
+    """
+    few_pixels = (A_FEW / (scene.frame.width * scene.frame.height)) ** 0.5
+    short, long = shoot(scene, PASSES, **settings), shoot(scene, MORE, **{**SHARP, **settings, "seed": 9})
+    good, texts = True, []
+    for name in names:
+        truth = long.film.mean(name)
+        se = np.sqrt(long.film.variance(name) / MORE)
+        gap = np.abs(short.film.mean(name) - truth)
+        inside = float((gap <= error_map(short.film, name).interval + 1.96 * se).mean())
+        relative = (gap**2).mean(axis=2, keepdims=True) / brightness(long.film, name) ** 2
+        claimed, true = picture_error(short.film, name).error, float(np.sqrt(np.minimum(relative, 1.0).mean()))
+        near = claimed <= FACTOR * true + few_pixels and true <= FACTOR * claimed + few_pixels
+        good = good and inside >= least_inside and near
+        texts.append(f"{name}: {inside:.1%} inside, claimed {claimed:.2g}, true {true:.2g}")
+    return Finding(good, "; ".join(texts), short.seconds)
 
 
 def told(shot: Shot, *words: str) -> bool:

@@ -4,39 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from photon_engine.film.error import brightness, error_map, picture_error
 from tests.brute import scenes as s
 
-from .lab import Finding, case, shoot
+from .lab import PASSES, Finding, calibrated, case, shoot
 
-PASSES, MORE = 8, 64
 SIZE = 32
-FACTOR = 1.5  # between the claimed and the true error of the picture
-# the long run is no judge of bias with a radius of its own: half of what the short run smears would be in both
-SHARP = {"caustic_photons": 50_000, "diffuse_photons": 50_000, "caustic_radius": 1.0, "diffuse_radius": 2.0}
-A_FEW_PIXELS = (4 / SIZE**2) ** 0.5  # a lamp seen by chance in a wave: not even the long run has met all
-
-
-def calibrated(scene, names=("Combined",), least_inside: float = 0.9, **settings) -> Finding:
-    """Claimed errors after PASSES against the true ones, by a run of MORE passes of another seed and smaller radii.
-
-    least_inside : of pixels in intervals that claim 95%
-    The claimed error of the picture may be FACTOR times too small or too large, beside A_FEW_PIXELS that are wrong by
-    all their brightness.
-    """
-    short, long = shoot(scene, PASSES, **settings), shoot(scene, MORE, **{**SHARP, **settings, "seed": 9})
-    good, texts = True, []
-    for name in names:
-        truth = long.film.mean(name)
-        se = np.sqrt(long.film.variance(name) / MORE)
-        gap = np.abs(short.film.mean(name) - truth)
-        inside = float((gap <= error_map(short.film, name).interval + 1.96 * se).mean())
-        relative = (gap**2).mean(axis=2, keepdims=True) / brightness(long.film, name) ** 2
-        claimed, true = picture_error(short.film, name).error, float(np.sqrt(np.minimum(relative, 1.0).mean()))
-        near = claimed <= FACTOR * true + A_FEW_PIXELS and true <= FACTOR * claimed + A_FEW_PIXELS
-        good = good and inside >= least_inside and near
-        texts.append(f"{name}: {inside:.1%} inside, claimed {claimed:.2g}, true {true:.2g}")
-    return Finding(good, "; ".join(texts), short.seconds)
 
 
 def bright_and_dark(ratio: float):

@@ -20,8 +20,12 @@ passes of the plain scene. All pixels of all passes are finite and no light is n
 # family -> (cases, law) in a few words
 FAMILIES = {
     "scale": ("room by lamp, ball, mesh, sun, world; times 1e-4 ... 1e4", "same picture, lights by the square"),
-    "power": ("lights times 1e-9 ... 1e12; a lamp 1e6 times brighter next door", "linear; error bar of the dim room"),
-    "place": ("moved by 1e5 m; an object 1e6 m away", "same picture"),
+    "power": ("lights times 1e-9 ... 1e12; a lamp or glowing square 1e6 times brighter next door",
+              "linear; error bars of the dim room"),
+    "place": (
+        "moved by 1e5 m; an object 1e6 m away; both in Blender: objects, a parent, instances, all kinds of coordinates",
+        "same picture; what Blender's own floats round",
+    ),
     "lights": (
         "size 0 to huge, spot 0.1 and 180, sun 0 and 180 degrees, touching, through a wall, boxed in, dark, negative, "
         "a million emitters", "formulas; 99.99th percentile against the truth",

@@ -38,6 +38,17 @@ def test_triangles_keep_their_ids():
     assert lights.tri_cdf[-1] == 1.0
 
 
+def test_every_light_gets_photons():
+    """PHOTON_FLOOR of them, evenly, and by area among triangles."""
+    bright = lamp("POINT", strength=(1e9, 1e9, 1e9))
+    shares = np.diff(table([lamp("POINT"), bright]).photon_cdf, prepend=0.0)
+    assert sorted(shares) == pytest.approx([0.025, 0.975], abs=1e-6)
+    dim = EMITTERS._replace(radiance=np.float32([[1e-9] * 3, [1.0] * 3]))
+    lights = table(emitters=dim)
+    share = 0.05 * lights.tri_area[0] / lights.tri_area.sum()
+    assert lights.tri_cdf[0] == pytest.approx(share, rel=1e-3)
+
+
 def test_flux_by_kind():
     s = np.array(RGB)
     assert table([lamp("POINT", radius=0.3)]).flux[0] == pytest.approx(s)

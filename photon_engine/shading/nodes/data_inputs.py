@@ -60,7 +60,8 @@ def camera_data(x, props, points):
 def object_info(x, props, points):
     """Properties of the object that was hit."""
     table, i = points.objects, points.instance
-    return {"Location": columns(table.location[i]), "Color": columns(table.color[i, :3]), "Alpha": table.color[i, 3],
+    return {"Location": columns(table.location.astype(f32)[i]), "Color": columns(table.color[i, :3]),
+            "Alpha": table.color[i, 3],
             "Object Index": table.pass_index[i], "Random": table.random[i],
             "Material Index": np.full(len(i), props.get("material_index", 0), f32)}
 
@@ -114,13 +115,18 @@ def _to_world(v, kind, space, points):
         if kind == "NORMAL":
             return to_world(points, v)
         turned = rotate(matrices(points.objects.matrix, points), v)
-        return turned + columns(points.objects.location[points.instance]) if kind == "POINT" else turned
+        return turned + columns(points.objects.location.astype(f32)[points.instance]) if kind == "POINT" else turned
     if space == "CAMERA":
         matrix = np.linalg.inv(points.camera.astype(np.float64)).astype(f32)
         if kind == "NORMAL":
             return normalize(points.camera[:3, :3].T @ v)
-        return affine(matrix, v) if kind == "POINT" else matrix[:3, :3] @ v
+        return affine(matrix, v) + middle(points) if kind == "POINT" else matrix[:3, :3] @ v
     return v
+
+
+def middle(points):
+    """Where positions are counted from, (3, 1) f32, in the world."""
+    return points.origin.astype(f32)[:, None]
 
 
 def _from_world(v, kind, space, points):
@@ -129,12 +135,12 @@ def _from_world(v, kind, space, points):
         if kind == "NORMAL":
             return to_object(points, v)
         if kind == "POINT":
-            v = v - columns(points.objects.location[points.instance])
+            v = v - columns(points.objects.location.astype(f32)[points.instance])
         return rotate(matrices(points.objects.inverse, points), v)
     if space == "CAMERA":
         if kind == "NORMAL":
             return normalize(np.linalg.inv(points.camera[:3, :3].astype(np.float64)).T.astype(f32) @ v)
-        return affine(points.camera, v) if kind == "POINT" else points.camera[:3, :3] @ v
+        return affine(points.camera, v - middle(points)) if kind == "POINT" else points.camera[:3, :3] @ v
     return v
 
 

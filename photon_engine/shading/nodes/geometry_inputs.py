@@ -108,7 +108,7 @@ def texture_coordinate(x, props, points):
         out["Generated"] = columns(points.generated)
     if "Object" in used:
         if (inverse := props.get("object_inverse")) is not None:
-            out["Object"] = affine(inverse, points.p.T)
+            out["Object"] = affine(points.to_space(inverse), points.p.T)
         else:
             out["Object"] = columns(points.object)
     if "Normal" in used:
@@ -155,7 +155,7 @@ def geometry(x, props, points):
     """Position, normals and the like, in the world."""
     used, out = props["used"], {}
     if "Position" in used:
-        out["Position"] = columns(points.p)
+        out["Position"] = columns(points.world())
     if "Normal" in used:
         out["Normal"] = facing(points)
     if "True Normal" in used:

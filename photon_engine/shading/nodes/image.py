@@ -174,7 +174,7 @@ def environment_texture(x, props, points):
     if index is None:
         return {"Color": np.array(MISSING[:3], f32)[:, None]}
     vector = x.get("Vector")
-    d = normalize(mapped(columns(points.p) if vector is None else vector, props))
+    d = normalize(mapped(columns(points.world()) if vector is None else vector, props))
     uv = mirror_ball(d) if props.get("projection") == "MIRROR_BALL" else equirectangular(d)
     mode = INTERPOLATIONS.get(props.get("interpolation", "Linear"), LINEAR)
     return {"Color": look_up(props["images"][index], props["images"], uv, (mode, REPEAT, False))[:3]}

@@ -160,7 +160,7 @@ def raycast(x, props, points):
     length = np.broadcast_to(np.asarray(x["Length"], f32), (n,))
     place, way = x.get("Position"), x.get("Direction")
     d = points.facing(points.ns) if way is None else np.broadcast_to(way.T, points.p.shape)
-    o = None if place is None else np.broadcast_to(place.T, points.p.shape)
+    o = None if place is None else (np.broadcast_to(place.T, points.p.shape) - points.origin).astype(f32)
     hit, t, mine, normal = np.zeros(n, bool), length, np.zeros(n, bool), np.zeros((n, 3), f32)
     index = np.flatnonzero((length > 0.0) & (np.abs(d).max(axis=1) > 0.0))
     if points.rays is not None and len(index):
@@ -169,7 +169,7 @@ def raycast(x, props, points):
         found = points.rays.nearest(points.take(index), start, d[index], length[index], bool(props.get("only_local")))
         hit[index], mine[index], normal[index] = found[0], found[2], found[3]
         t[index] = np.where(found[0], found[1], length[index])
-    where = np.where(hit[:, None], (points.p if o is None else o) + t[:, None] * d, 0.0)
+    where = np.where(hit[:, None], (points.p if o is None else o) + t[:, None] * d + points.origin, 0.0)
     return {
         "Is Hit": hit.astype(f32), "Self Hit": mine.astype(f32), "Hit Distance": t.astype(f32),
         "Hit Position": columns(where.astype(f32)), "Hit Normal": columns(normal),
