@@ -136,8 +136,8 @@ def emit_aimed(lights, targets, l, u_pick, u0, u1, u2, u3):
     center = load3(targets.center, c)
     radius = targets.radius[c]
     if kind == SUN or kind == WORLD:
-        x, d, le = distant_line(lights, l, center, radius, u0, u1, u2, u3)
-        return from_outside(lights, x, d), d, scale(le, 1.0 / disk_mixture(targets, l, x, d)), -1
+        o, d, phi = aim_distant(lights, targets, l, c, u0, u1, u2, u3)
+        return o, d, phi, -1
     x, d = round_line(lights, l, center, radius, u0, u1, u2, u3)
     r = sub(load3(lights.position, l), x)
     o = madd(x, dot(r, d), d)
@@ -152,6 +152,13 @@ def emit_aimed(lights, targets, l, u_pick, u0, u1, u2, u3):
         return o, d, BLACK, -1
     gain /= density
     return round_surface(lights, l, o, d), d, scale(radiance_along(lights, l, d), gain), -1
+
+
+@inlined
+def aim_distant(lights, targets, l, c, u0, u1, u2, u3):
+    """A photon of a sun or the world through the disk of target c: (o, d, phi)."""
+    x, d, le = distant_line(lights, l, load3(targets.center, c), targets.radius[c], u0, u1, u2, u3)
+    return from_outside(lights, x, d), d, scale(le, 1.0 / disk_mixture(targets, l, x, d))
 
 
 @inlined

@@ -15,7 +15,8 @@ from ..jit import inlined, kernel
 from ..lights.emit import dark_distance, emit_photon
 from ..lights.mesh import place_on
 from ..lights.select import pick
-from ..lights.targets import emit_aimed
+from ..lights.table import SUN, WORLD
+from ..lights.targets import aim_distant, emit_aimed
 from ..photons.batch import ONE_ROUGH, SEEN_SHARP
 from ..photons.packing import pack_direction, pack_facet
 from ..sampling.rng import DIMENSIONS_PER_BOUNCE, path_key, shifted, uniform
@@ -64,21 +65,25 @@ class Laws(NamedTuple):
 
 
 @kernel
-def emit_everywhere(lights, media, points, key, first, photons, births):
-    """Photons `first` onward of len(points), from all lights by their power; points (N, 6) u32 as in rng.shifted."""
+def emit_everywhere(lights, rings, media, points, key, first, photons, births):
+    """Photons `first` onward of len(points), from all lights by their power; points (N, 6) u32 as in rng.shifted.
+
+    rings : lights.rings' disks for those of suns and the world; where there are none, over the whole scene evenly
+    """
     total = len(points)
+    ringed = len(rings.radius) > 0
     for i in range(len(photons.key)):
         k = path_key(key, first + i)
         n = first + i
-        light, p_light, _ = pick(lights.photon_cdf, shifted(points, key, n, 0))
-        o, d, phi, m = emit_photon(
-            lights,
-            light,
-            shifted(points, key, n, 1),
-            shifted(points, key, n, 2),
-            shifted(points, key, n, 3),
-            shifted(points, key, n, 4),
-        )
+        light, p_light, _ = pick(rings.aimed_cdf if ringed else lights.photon_cdf, shifted(points, key, n, 0))
+        u0, u1 = shifted(points, key, n, 1), shifted(points, key, n, 2)
+        u2, u3 = shifted(points, key, n, 3), shifted(points, key, n, 4)
+        m = -1
+        if ringed and (lights.kind[light] == SUN or lights.kind[light] == WORLD):
+            ring, _, _ = pick(rings.pick[light], shifted(points, key, n, 5))
+            o, d, phi = aim_distant(lights, rings, light, ring, u0, u1, u2, u3)
+        else:
+            o, d, phi, m = emit_photon(lights, light, u0, u1, u2, u3)
         photons.dark[i] = dark_distance(lights, light, o, d)
         if len(photons.inside):
             photons.inside[i] = media.at_light[light]

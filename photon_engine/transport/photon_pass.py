@@ -212,7 +212,7 @@ def _emitted(scene: RenderScene, run: PhotonRun, numbers: range, desk: Desk, tal
     if run.mode == CAUSTIC:
         emit_at_targets(scene.lights, scene.targets, media, run.points, run.key, numbers.start, photons, births)
     else:
-        emit_everywhere(scene.lights, media, run.points, run.key, numbers.start, photons, births)
+        emit_everywhere(scene.lights, scene.rings, media, run.points, run.key, numbers.start, photons, births)
     multiply_radiance(scene, births.emitter, births.place, photons.d, photons.phi)
     add_up(photons.phi, tally[EMITTED])
     boxes = scene.caster_boxes if run.mode == CAUSTIC else scene.object_boxes

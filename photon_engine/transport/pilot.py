@@ -15,6 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..issues import log
+from ..lights.rings import build_rings
 from ..photons.batch import head
 from ..photons.radius import neighbour_radius
 from ..sampling.rng import STREAM_PILOT, make_key
@@ -69,8 +71,16 @@ class Pilot(NamedTuple):
 def run_pilot(
     scene: RenderScene, pool: Executor, settings: Settings, modes: list[int], cancelled: Callable[[], bool]
 ) -> Pilot:
-    """Trace a few photons of each mode and a few eye paths; when cancelled, what it returns means nothing."""
+    """Trace a few eye paths and a few photons of each mode; when cancelled, what it returns means nothing.
+
+    What the eye paths see tells where `scene` sends its diffuse photons.
+    """
     reaches = {CAUSTIC: Reach(), DIFFUSE: Reach()}
+    seen = _look(scene, settings, cancelled) if modes else Seen(np.zeros(0), np.zeros((0, 3)))  # nobody gathers
+    if DIFFUSE in modes:
+        scene.rings = build_rings(scene.lights, seen.position)
+        if widths := [f"{radius:.3g}" for radius in scene.rings.radius]:
+            log.info("Photons of suns and sky go to disks of %s m radius around what is seen", ", ".join(widths))
     for mode in modes:
         key = make_key(settings.seed, mode, STREAM_PILOT)
         deposits, _, _ = trace_photons(
@@ -79,7 +89,7 @@ def run_pilot(
         total = settings.caustic_photons if mode == CAUSTIC else settings.diffuse_photons
         wanted = (CAUSTIC_LEAST, CAUSTIC_NEIGHBOURS) if mode == CAUSTIC else (DIFFUSE_LEAST, DIFFUSE_NEIGHBOURS)
         reaches[mode] = _reach(deposits.position, wanted, total, scene.flat.radius)
-    footprint = _footprint(scene, settings, cancelled) if modes else 0.0  # nobody gathers without a map
+    footprint = float(np.quantile(seen.footprint, 0.75)) if len(seen.footprint) else 0.0
     return Pilot(footprint, reaches[CAUSTIC], reaches[DIFFUSE])
 
 
@@ -124,15 +134,22 @@ def gather_mode(settings: Settings, pilot: Pilot) -> tuple[str, str]:
     return ("ALL" if pixels > 1.0 else "GLOSSY"), told
 
 
-def _footprint(scene: RenderScene, settings: Settings, cancelled: Callable[[], bool]) -> float:
-    """The radius [m] of a pixel that three quarters of some visible points stay below; 0 where there are none."""
+class Seen(NamedTuple):
+    """Visible points of a few pixels."""
+
+    footprint: np.ndarray  # (n,) radius of a pixel there [m]
+    position: np.ndarray  # (n, 3) [m]
+
+
+def _look(scene: RenderScene, settings: Settings, cancelled: Callable[[], bool]) -> Seen:
+    """What a few eye paths see."""
     frame = scene.frame
     pixels = (frame.x1 - frame.x0) * (frame.y1 - frame.y0)
     count = min(pixels, PILOT_PIXELS)
     paths = empty_paths(count, scene.absorbs, scene.trails)
     paths.inside[:] = scene.camera_inside
     tile = empty_tile(count, False)
-    footprints = [np.zeros(0, np.float32)]
+    footprints, positions = [np.zeros(0, np.float32)], [np.zeros((0, 3), np.float32)]
     # an odd stride walks through all columns
     stride = max(1, pixels // count - 1) | 1
     key = make_key(settings.seed, 0, STREAM_PILOT)
@@ -144,9 +161,10 @@ def _footprint(scene: RenderScene, settings: Settings, cancelled: Callable[[], b
         onward = empty_paths(len(paths.key), scene.absorbs, scene.trails)
         n, ended = eye_step(scene.laws, scene.rules, scene.seen_lights, surfaces, paths, bounce, onward, points, tile)
         if ended:
+            hit = points.hit[:ended]
             footprints.append(points.footprint[:ended].copy())
+            positions.append(paths.o[hit] + surfaces.t[hit, None] * paths.d[hit])
         paths = head(onward, n)
         if n == 0 or cancelled():
             break
-    footprint = np.concatenate(footprints)
-    return float(np.quantile(footprint, 0.75)) if len(footprint) else 0.0
+    return Seen(np.concatenate(footprints), np.concatenate(positions))

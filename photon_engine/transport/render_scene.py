@@ -14,6 +14,7 @@ from ..geometry.intersect import Hits
 from ..geometry.kept import Kept
 from ..issues import IssueLog
 from ..lights.allot import one_ray_to_suns
+from ..lights.rings import no_rings
 from ..lights.table import SHADOW, without_lights
 from ..plan import make_plan
 from ..scene.data import SceneData
@@ -85,7 +86,8 @@ class RenderScene:
         self.seen_lights = self.lights if self.plan.sees_lights else without_lights(self.lights)
         forks = bool(self.materials.has_sharp.any() or facts.see_through)
         self.most_ways = max(2 * self.materials.slots, 2) if forks else 1  # that can lead on from one hit
-        self.targets = None
+        # where caustic photons go, and diffuse ones; these are told by the pilot, which sees where the camera looks
+        self.targets, self.rings = None, no_rings(self.lights)
         self.caster_boxes = self.object_boxes = None  # what new photons must meet; None: all are carried
         if self.plan.caustic_map or self.plan.diffuse_map:
             casters = caster_bounds(memo, self.flat, self.materials.has_sharp[self.flat.geometry.material])
