@@ -69,7 +69,7 @@ def status(name: str) -> tuple[str, str]:
         return "no", NOT_SUPPORTED.get(name, "")
     remarks = [PARTLY[name]] if name in PARTLY else []
     if outputs := UNSUPPORTED_OUTPUTS.get(name):
-        remarks.append(f"not: {', '.join(sorted(outputs))}")
+        remarks.append(f"of lamps only: {', '.join(sorted(outputs))}")
     return "yes", "; ".join(remarks)
 
 

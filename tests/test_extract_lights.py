@@ -68,9 +68,8 @@ def test_lamp_nodes_multiply():
     ob.data.node_tree.links.new(falloff.outputs["Quadratic"], emission.inputs["Strength"])
     assert extract().lights[0].strength == pytest.approx((200.0, 100.0, 0.0))  # the node's strength is 100
     ob.data.node_tree.links.new(falloff.outputs["Linear"], emission.inputs["Strength"])
-    issues = IssueLog()
-    assert extract(issues).lights[0].strength == pytest.approx((2.0, 2.0, 2.0))
-    assert "not supported" in messages(issues, "Lamp")
+    light = extract(IssueLog()).lights[0]
+    assert light.strength == pytest.approx((2.0, 2.0, 2.0)) and light.graph is not None  # evaluated at every sample
 
 
 def test_lamps_that_give_no_light_are_reported():
@@ -132,10 +131,10 @@ def test_world_constant_and_varying():
         assert data.world.color == (0.0, 0.0, 0.0), kind
 
 
-@pytest.mark.parametrize(("output", "smooth", "known"), [("Quadratic", 0.0, True), ("Linear", 0.0, False),
-                                                         ("Quadratic", 0.5, False)])
-def test_light_falloff(output, smooth, known):
-    """The quadratic falloff is the lamp's own; others vary with distance, which is said."""
+@pytest.mark.parametrize(("output", "smooth", "constant"), [("Quadratic", 0.0, True), ("Linear", 0.0, False),
+                                                            ("Quadratic", 0.5, False)])
+def test_light_falloff(output, smooth, constant):
+    """The quadratic falloff is the lamp's own; others vary with distance and are evaluated at every sample."""
     data = lamp("POINT").data
     data.use_nodes = True
     tree = data.node_tree
@@ -146,5 +145,22 @@ def test_light_falloff(output, smooth, known):
     issues = IssueLog()
     light = extract(issues).lights[0]
     plain = data.energy * np.array(data.color)
-    assert light.strength == pytest.approx(plain * (3.0 if known else 1.0))
-    assert known == (not list(issues))
+    assert light.strength == pytest.approx(plain * (3.0 if constant else 1.0))
+    assert constant == (light.graph is None) and not list(issues)
+
+
+def test_smooth_nodes_by_direction_become_a_map():
+    """What jumps, or varies otherwise, is evaluated at every sample instead."""
+    data = lamp("POINT").data
+    data.use_nodes = True
+    tree = data.node_tree
+    emission = next(n for n in tree.nodes if n.type == "EMISSION")
+    geometry, checker = tree.nodes.new("ShaderNodeNewGeometry"), tree.nodes.new("ShaderNodeTexChecker")
+    for output, mapped in (("Incoming", True), ("Position", False)):
+        tree.links.new(geometry.outputs[output], emission.inputs["Color"])
+        data.shadow_soft_size = 0.5
+        light = extract(IssueLog()).lights[0]
+        assert (light.beam is not None) == mapped and (light.graph is None) == mapped
+    tree.links.new(geometry.outputs["Incoming"], checker.inputs["Vector"])
+    tree.links.new(checker.outputs["Color"], emission.inputs["Color"])
+    assert extract(IssueLog()).lights[0].graph is not None

@@ -8,13 +8,11 @@ from typing import Any
 import numpy as np
 
 from ..issues import IssueLog
-from ..lights.beams import axes_of, local_directions
-from ..scene.data import BEAM, Graph, Image, Light
-from ..shading.beam import bake_beam
+from ..lights.bake import bake_beam
+from ..scene.data import Graph, Image, Light
 from ..shading.program import compile_graph
 from ..shading.registry import REGISTRY
 
-WHITE = (1.0, 1.0, 1.0)
 MOST_BOUNCES = 1024  # Cycles' default for a light's own limit, which means no limit
 
 
@@ -24,14 +22,13 @@ def extract_light(
     """A lamp object at ``matrix`` (local to world, scale included); None when it gives no light, with an issue.
 
     ``graph`` is the lamp's node tree: its emission multiplies the lamp's strength, as in Cycles, by a map where it
-    varies with direction;  ``images``: those that its nodes name.
+    varies smoothly with direction alone, else at every sample;  ``images``: those that its nodes name.
     """
     data = ob.data
     if _is_portal(data):
         issues.warn(ob.name, "light portals are not supported yet: the portal is ignored")
         return None
-    factor, beam = _tree_factor(ob, matrix, graph, images or [], issues)
-    strength = lamp_strength(data) * np.array(factor)
+    strength = lamp_strength(data)
     if (strength < 0.0).any() or not np.isfinite(strength).all():
         issues.warn(ob.name, "its strength is negative or undefined: it is left out", "use a positive power")
         return None
@@ -41,11 +38,15 @@ def extract_light(
         matrix=matrix,
         strength=tuple(float(v) for v in strength),
         normalize=data.normalize,
-        beam=beam,
         cast_shadow=data.use_shadow,
         visible_camera=ob.visible_camera,
     )
     _SHAPES[data.type](light, data)
+    if graph is not None:
+        _apply_nodes(light, graph, images or [], issues)
+    if any(value < 0.0 or not math.isfinite(value) for value in light.strength):
+        issues.warn(ob.name, "its nodes give a negative or undefined light: it is left out", "use positive values")
+        return None
     _report_unsupported(ob, issues)
     return light
 
@@ -105,29 +106,24 @@ def constant_emission(graph: Graph, name: str, issues: IssueLog) -> tuple[float,
     return tuple(float(c) for c in program.emission()[0]) if program.constant else None
 
 
-def _tree_factor(
-    ob: Any, matrix: np.ndarray, graph: Graph | None, images: list[Image], issues: IssueLog
-) -> tuple[tuple[float, float, float], np.ndarray | None]:
-    """What a lamp's nodes multiply its strength by: a colour, and a map of shares where that varies with direction."""
-    if graph is None:
-        return WHITE, None
+def _apply_nodes(light: Light, graph: Graph, images: list[Image], issues: IssueLog) -> None:
+    """What a lamp's nodes multiply its strength by: a colour, a map of shares by direction, or the nodes themselves."""
     if graph.surface is None:
-        issues.warn(ob.name, "the light's nodes are not connected to an output: it is dark", "connect an Emission node")
-        return (0.0, 0.0, 0.0), None
-    factor = constant_emission(graph, ob.name, issues)
-    if factor is not None:
-        return factor, None
-    beam, local = None, local_directions(*BEAM[:2])
-    if all(node.type in REGISTRY for node in graph.nodes):
-        beam = bake_beam(graph, ob.name, ob.data.type, matrix, images, local.reshape(-1, 3) @ axes_of(matrix))
-    if beam is None:
-        text = "light nodes that vary otherwise than with direction are not supported yet: they are ignored"
-        issues.warn(ob.name, text)
-        return WHITE, None
-    most = float(beam.max())
-    if most <= 0.0:
-        return (0.0, 0.0, 0.0), None
-    return (most, most, most), (beam / np.float32(most)).reshape(*local.shape)
+        what = "the light's nodes are not connected to an output: it is dark"
+        issues.warn(light.name, what, "connect an Emission node")
+        light.strength = (0.0, 0.0, 0.0)
+        return
+    factor = constant_emission(graph, light.name, issues)
+    if factor is None:
+        if not all(node.type in REGISTRY for node in graph.nodes):
+            compile_graph(graph, light.name, images, issues)  # says what stands in for which node
+        beam = bake_beam(light, graph, images)
+        if beam is None:
+            light.graph = graph
+            return
+        factor = (float(beam.max()),) * 3
+        light.beam = beam / np.float32(factor[0]) if factor[0] > 0.0 else None
+    light.strength = tuple(s * f for s, f in zip(light.strength, factor, strict=True))
 
 
 def _report_unsupported(ob: Any, issues: IssueLog) -> None:

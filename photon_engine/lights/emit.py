@@ -75,10 +75,11 @@ def round_surface(lights, l, o, d):
 def dark_distance(lights, l, o, d):
     """Distance [m] from its origin below which a photon of `emit_photon` or `emit_aimed` lights nothing.
 
-    A surface that it meets sooner stops it without being lit. 0 for all but lamps with soft falloff. Such a lamp is a
-    disk of radius R that faces every point p: a line whose closest approach to the centre is b carries Le at distance
-    s beyond it where b / s < R / sqrt(b^2 + s^2), that is from s = b^2 / sqrt(R^2 - b^2) on. This is a light field
-    with a dark stretch along each line; E = S / (4 pi (d^2 + R^2)) on a surface that faces the lamp at d.
+    A surface that it meets sooner is not lit, and stops what it does not let straight through. 0 for all but lamps with
+    soft falloff. Such a lamp is a disk of radius R that faces every point p: a line whose closest approach to the
+    centre is b carries Le at distance s beyond it where b / s < R / sqrt(b^2 + s^2), that is from
+    s = b^2 / sqrt(R^2 - b^2) on. This is a light field with a dark stretch along each line;
+    E = S / (4 pi (d^2 + R^2)) on a surface that faces the lamp at d.
     """
     if not lights.flags[l] & SOFT:
         return 0.0

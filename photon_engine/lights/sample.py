@@ -18,10 +18,11 @@ from .mesh import mesh_sample
 from .round import round_hit, round_sample
 from .select import mixed_p, select_light, selection_p
 from .sky_sample import map_pdf_w, map_radiance, map_sample
-from .table import AREA, CAMERA, DELTA, MESH, SHADOW, SUN, WORLD
+from .table import AREA, CAMERA, DELTA, MESH, SHADED, SHADOW, SUN, WORLD
 
 BLACK = (0.0, 0.0, 0.0)
 UP = (0.0, 0.0, 1.0)
+LAMP = -2  # what stands for lamp l in the place of an emissive triangle is LAMP - l
 
 
 @inlined
@@ -33,7 +34,7 @@ def sample_light(lights, p, ns, u_select, u0, u1):
     shadows. Estimate of the reflected radiance: f |cos| Le / pdf_w, times an MIS weight unless is_delta; pdf_w [1/sr]
     holds the selection. For delta lights Le is intensity / d^2 or irradiance and pdf_w the selection alone.
     Le = black: no light (do not trace). m : the emissive triangle, or -1; where lights.tri_shaded[m], Le is white and
-    the radiance at the end of the ray must be multiplied in.
+    the radiance at the end of the ray must be multiplied in. LAMP - l: what the nodes of lamp l give must be.
     """
     l, p_select, u_fresh = select_light(lights, p, u_select)
     if l < 0:
@@ -70,7 +71,7 @@ def sample_light(lights, p, ns, u_select, u0, u1):
         distance = 0.0
         is_delta = True
     le = scale(radiance_along(lights, l, scale(wi, -1.0)), gain)
-    return wi, distance, le, pdf_w * p_select, is_delta, -1
+    return wi, distance, le, pdf_w * p_select, is_delta, LAMP - l if lights.flags[l] & SHADED else -1
 
 
 @inlined
@@ -139,19 +140,26 @@ def suns_along_ray(lights, d, prev_p, bsdf_pdf_w, use_mis, camera):
     """Radiance of all suns whose disk a ray that leaves the scene along d meets; arguments as `lamps_along_ray`."""
     total = BLACK
     for l in range(min(lights.n_near, lights.kind.shape[0]), lights.kind.shape[0]):
-        if lights.kind[l] != SUN or lights.flags[l] & DELTA or _hidden(lights, l, use_mis, camera):
+        if lights.kind[l] != SUN or lights.flags[l] & (DELTA | SHADED) or hidden(lights, l, use_mis, camera):
             continue
-        r = add(d, load3(lights.normal, l))
-        # |d - axis|^2 = 2 (1 - cos)
-        if 0.5 * dot(r, r) <= lights.size[l, 0]:
-            pdf_w = 1.0 / (2.0 * math.pi * lights.size[l, 0])
-            weight = _weight(lights, l, prev_p, pdf_w, bsdf_pdf_w, use_mis)
+        weight = sun_met(lights, l, d, prev_p, bsdf_pdf_w, use_mis)
+        if weight > 0.0:
             total = madd(total, weight, radiance_along(lights, l, scale(d, -1.0)))
     return total
 
 
 @inlined
-def _hidden(lights, l, use_mis, camera):
+def sun_met(lights, l, d, prev_p, bsdf_pdf_w, use_mis):
+    """The MIS weight of a ray from prev_p along d that meets the disk of sun l; 0: it does not."""
+    r = add(d, load3(lights.normal, l))
+    # |d - axis|^2 = 2 (1 - cos)
+    if 0.5 * dot(r, r) > lights.size[l, 0]:
+        return 0.0
+    return _weight(lights, l, prev_p, 1.0 / (2.0 * math.pi * lights.size[l, 0]), bsdf_pdf_w, use_mis)
+
+
+@inlined
+def hidden(lights, l, use_mis, camera):
     """Whether rays of this sort do not see lamp l; a lamp without shadows is left to light sampling alone."""
     return (camera and not lights.flags[l] & CAMERA) or (use_mis and not lights.flags[l] & SHADOW)
 
@@ -190,9 +198,19 @@ def lamps_along_ray(lights, o, d, t_max, prev_p, bsdf_pdf_w, use_mis, camera):
 
 @inlined
 def _lamp_met(lights, l, prev_p, d, span, bsdf_pdf_w, use_mis, camera):
-    """Weighted radiance of lamp l if a ray from prev_p meets it within the span of distances; see `lamps_along_ray`."""
-    if _hidden(lights, l, use_mis, camera):
+    """Weighted radiance of lamp l if a ray from prev_p meets it within the span of distances; see `lamps_along_ray`.
+
+    Lamps whose nodes must be evaluated are left to transport/lamp_nodes.py.
+    """
+    if lights.flags[l] & SHADED or hidden(lights, l, use_mis, camera):
         return BLACK
+    weight = lamp_met(lights, l, prev_p, d, span, bsdf_pdf_w, use_mis)
+    return scale(radiance_along(lights, l, scale(d, -1.0)), weight) if weight > 0.0 else BLACK
+
+
+@inlined
+def lamp_met(lights, l, prev_p, d, span, bsdf_pdf_w, use_mis):
+    """MIS weight times gain of a ray from prev_p along d that meets lamp l within the span; 0: it does not."""
     kind = lights.kind[l]
     pdf_w = 0.0
     if kind == AREA:
@@ -202,8 +220,7 @@ def _lamp_met(lights, l, prev_p, d, span, bsdf_pdf_w, use_mis, camera):
         cos_light = 1.0
         t, gain, pdf_w = round_hit(lights, l, prev_p, d)
     if not span[0] < t < span[1] or gain == 0.0:
-        return BLACK
+        return 0.0
     if kind == AREA:
         pdf_w = area_pdf_w(lights, l, prev_p, t, cos_light)
-    weight = _weight(lights, l, prev_p, pdf_w, bsdf_pdf_w, use_mis)
-    return scale(radiance_along(lights, l, scale(d, -1.0)), weight * gain)
+    return gain * _weight(lights, l, prev_p, pdf_w, bsdf_pdf_w, use_mis)

@@ -28,6 +28,7 @@ ELLIPSE = 4  # AREA: round instead of rectangular
 SHADOW = 8  # casts shadows
 CAMERA = 16  # seen by the camera
 FOCUSED = 32  # AREA: spread below 180 degrees
+SHADED = 64  # its nodes are evaluated at each sample (lights/nodes.py); kernels take them for white
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 MANY = 32  # above so many lamps a tree selects among them instead of a look at each
@@ -54,7 +55,8 @@ class LightTable(NamedTuple):
     """All lights of a scene, L of them; M emissive triangles, T triangles in all."""
 
     kind: np.ndarray  # (L,) i32
-    flags: np.ndarray  # (L,) i32, bits DELTA ... FOCUSED
+    flags: np.ndarray  # (L,) i32, bits DELTA ... SHADED
+    source: np.ndarray  # (L,) i32, index into the scene's lamps, or -1
     position: np.ndarray  # (L, 3) f64 [m]; MESH: centroid
     axis_u: np.ndarray  # (L, 3) f64, unit, AREA
     axis_v: np.ndarray  # (L, 3) f64, unit, AREA
@@ -93,6 +95,7 @@ class _Row:
     def __init__(self, kind: int, radiance: np.ndarray, flags: int = SHADOW | CAMERA) -> None:
         self.kind = kind
         self.flags = flags
+        self.source = -1
         self.radiance = np.asarray(radiance, np.float64)
         self.position = np.zeros(3)
         self.axis_u = np.array([1.0, 0.0, 0.0])
@@ -127,7 +130,11 @@ def build_lights(
     """
     issues = IssueLog() if issues is None else issues
     radius = max(float(radius), 1e-6)
-    rows = [row for light in scene.lights if (row := _lamp(light, np.asarray(origin, np.float64), issues))]
+    rows = []
+    for i, light in enumerate(scene.lights):
+        if (row := _lamp(light, np.asarray(origin, np.float64), issues)) is not None:
+            row.source = i
+            rows.append(row)
     rows.sort(key=lambda row: row.kind == SUN)
     for row in rows:
         row.flux *= _entering(row, np.asarray(center, np.float64), radius)
@@ -163,6 +170,7 @@ def _pack(rows: list[_Row], triangles: dict, lookup: np.ndarray, sphere: tuple) 
     return LightTable(
         kind=np.array([row.kind for row in rows], np.int32),
         flags=np.array([row.flags for row in rows], np.int32),
+        source=np.array([row.source for row in rows], np.int32),
         **{name: stack(name, 3) for name in ("position", "axis_u", "axis_v", "normal", "radiance", "size", "cone")},
         to_world=stack("to_world", 3, 3),
         to_local=stack("to_local", 3, 3),
@@ -272,6 +280,7 @@ def _lamp(light: Light, origin: np.ndarray, issues: IssueLog) -> _Row | None:
     if not np.any(strength):
         return None
     flags = (SHADOW if light.cast_shadow else 0) | (CAMERA if light.visible_camera else 0)
+    flags |= SHADED if light.graph is not None else 0
     row = _Row(KINDS[light.kind], strength, flags)
     row.position = matrix[:3, 3] - origin
     scales = np.linalg.norm(matrix[:3, :3], axis=0)

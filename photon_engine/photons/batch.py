@@ -18,6 +18,7 @@ class Photons(NamedTuple):
     dark: np.ndarray  # (n,) f32, a surface nearer than this takes the photon without being lit (soft lamps) [m];
     # below 0: limits on the photon of a lamp without shadows, see transport/photon_rules.py
     inside: np.ndarray  # (n,) i64, bits of the absorbing media it is in; (0,) in a scene without
+    lamp: np.ndarray  # (n,) i32, lamp that it comes straight from and whose nodes its flux lacks; -1: none; (0,)
 
 
 class Deposits(NamedTuple):
@@ -35,8 +36,8 @@ ONE_ROUGH = 2  # added for each vertex D
 MAX_ROUGH = 126  # more than that are not told apart
 
 
-def empty_photons(n: int, media: bool = False) -> Photons:
-    """Room for n photons in flight; media: where something absorbs."""
+def empty_photons(n: int, media: bool = False, lamps: bool = False) -> Photons:
+    """Room for n photons in flight; media: where something absorbs; lamps: where a lamp's nodes are evaluated."""
     return Photons(
         np.empty((n, 3), np.float32),
         np.empty((n, 3), np.float32),
@@ -45,6 +46,7 @@ def empty_photons(n: int, media: bool = False) -> Photons:
         np.zeros(n, np.uint8),
         np.zeros(n, np.float32),
         np.zeros(n if media else 0, np.int64),
+        np.full(n if lamps else 0, -1, np.int32),
     )
 
 

@@ -127,6 +127,7 @@ class Light:
     spread: float = np.pi  # AREA [rad], pi: no focusing
     normalize: bool = True
     beam: np.ndarray | None = None  # BEAM f32 in [0, 1], times the strength, by direction: lights/beams.py
+    graph: Graph | None = None  # nodes whose emission multiplies every sample of the strength: lights/nodes.py
     cast_shadow: bool = True
     visible_camera: bool = True
 
@@ -157,6 +158,12 @@ class Camera:
     blades: int = 0  # fewer than 3: a round aperture
     blade_rotation: float = 0.0  # [rad]
     aperture_ratio: float = 1.0  # horizontal over vertical, as Blender's "Ratio"
+
+    def from_world(self) -> np.ndarray:
+        """World to camera, (4, 4) f64, with z along the view axis."""
+        to_camera = np.linalg.inv(self.matrix)
+        to_camera[2] = -to_camera[2]
+        return to_camera
 
 
 @dataclass

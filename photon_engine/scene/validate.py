@@ -25,7 +25,7 @@ def check_scene(scene: SceneData) -> None:
     for instance in scene.instances:
         _check_instance(instance, scene)
     for light in scene.lights:
-        _check_light(light)
+        _check_light(light, len(scene.images))
     for material in scene.materials:
         _check_graph(material.name, material.graph, len(scene.images))
         _require(material.displacement in DISPLACEMENTS, material.name, "its displacement is of no known kind")
@@ -98,8 +98,8 @@ def _check_instance(instance: Instance, scene: SceneData) -> None:
         _require(matrix is None or _fits(matrix, (4, 4)), instance.name, "a matrix is not 4 by 4 finite numbers")
 
 
-def _check_light(light: Light) -> None:
-    """Kind and matrix of a lamp."""
+def _check_light(light: Light, n_images: int) -> None:
+    """Kind, matrix and nodes of a lamp."""
     _require(light.kind in ("POINT", "SPOT", "SUN", "AREA"), light.name, f"'{light.kind}' is no kind of light")
     _require(light.shape in SHAPES, light.name, f"'{light.shape}' is no shape of an area lamp")
     _require(_fits(light.matrix, (4, 4)), light.name, "its matrix is not 4 by 4 finite numbers")
@@ -108,6 +108,8 @@ def _check_light(light: Light) -> None:
     beam = light.beam
     good = beam is None or (_fits(beam, BEAM, FLOAT) and beam.min() >= 0.0 and beam.max() <= 1.0)
     _require(good, light.name, f"its map of directions is not {BEAM} shares in single precision")
+    if light.graph is not None:
+        _check_graph(light.name, light.graph, n_images)
 
 
 def _check_graph(name: str, graph: Graph, n_images: int) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..bsdf import recipes
 from ..issues import IssueLog
-from ..scene.data import Node
+from ..scene.data import Graph, Node
 from .ies import MISSING, parse_ies
 from .registry import REGISTRY, SCALARS, NodeKind, f32
 
@@ -28,6 +28,7 @@ NOT_SUPPORTED = {
     "ShaderNodeOutputLineStyle": "Freestyle only",
     "ShaderNodeUVAlongStroke": "Freestyle only",
 }
+# on surfaces; lamps have them
 UNSUPPORTED_OUTPUTS = {
     "ShaderNodeLightFalloff": {"Linear", "Constant"},
 }
@@ -44,8 +45,6 @@ def report_unsupported(item: Node, used: set[str], material: str, issues: IssueL
         return
     if item.type == "ShaderNodeRaycast" and used - RAYCAST_OUTPUTS:
         issues.warn(where, "attributes where its ray hits are not supported yet", "they are 0")
-    for output in sorted(UNSUPPORTED_OUTPUTS.get(item.type, set()) & used):
-        issues.warn(where, f"the output {output} is not supported yet", "0 is used instead")
     if item.type == "ShaderNodeTexIES" and (problem := ies_problem(item.props.get("text", ""))):
         issues.warn(where, f"the photometric file cannot be read: {problem}", f"{MISSING:g} is used, as Cycles does")
     if "SHADER" not in item.output_kinds.values():
@@ -55,6 +54,16 @@ def report_unsupported(item: Node, used: set[str], material: str, issues: IssueL
         return  # a thin wall scatters diffusely on both sides
     if item.type == "ShaderNodeSubsurfaceScattering" or (deep is not None and (deep.node >= 0 or deep.value)):
         issues.warn(where, "subsurface scattering is not simulated", "a diffuse surface of its colour is used")
+
+
+def report_surface_outputs(graph: Graph, material: str, issues: IssueLog) -> None:
+    """Warn, once by material and node, about outputs that lamps alone can compute."""
+    used = {(socket.node, socket.output) for item in graph.nodes for socket in item.inputs.values()}
+    for index, item in enumerate(graph.nodes):
+        for output in sorted(UNSUPPORTED_OUTPUTS.get(item.type, ())):
+            if (index, output) in used:
+                where = f"{material} > {item.name}"
+                issues.warn(where, f"the output {output} is supported of lamps only", "Quadratic is used instead")
 
 
 def ies_problem(text: str) -> str:

@@ -104,6 +104,7 @@ class ShadePoints:
     ray_length: np.ndarray | None = None  # (n,) f32, of an eye path's last ray [m]
     is_photon: bool = False  # the path came from a light
     is_shadow: bool = False  # only transparency is asked
+    is_lamp: bool = False  # they are on a lamp, `ray_length` from what it lights
     rays: Any = None  # Rays: what lies near ("rays" in needs); None: nothing is known, as before a scene has its tree
     around: Any = None  # Around: neighbours for bump ("bump" in needs); None: there is no telling a slope
 

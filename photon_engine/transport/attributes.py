@@ -32,9 +32,7 @@ def fill_attributes(points: ShadePoints, needs: frozenset[str], scene: SceneData
         elif kind == "object":
             points.object = _object_coordinates(points)
         elif kind == "camera":
-            to_camera = np.linalg.inv(scene.camera.matrix)
-            to_camera[2] = -to_camera[2]
-            points.camera = points.to_space(to_camera)
+            points.camera = points.to_space(scene.camera.from_world())
             points.window = (*scene.camera.window, float(scene.camera.kind == "PERSP"))
         elif kind == "corners":
             points.corners = corners_from(points.p, flat, hits.prim)

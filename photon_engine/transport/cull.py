@@ -134,3 +134,5 @@ def move(photons, i, to):
     photons.dark[to] = photons.dark[i]
     if len(photons.inside):
         photons.inside[to] = photons.inside[i]
+    if len(photons.lamp):
+        photons.lamp[to] = photons.lamp[i]

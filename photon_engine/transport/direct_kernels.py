@@ -39,7 +39,8 @@ class ShadowRays(NamedTuple):
     light: np.ndarray  # (n, 3) f32, what it adds to the pixel
     pixel: np.ndarray  # (n,) i32
     inside: np.ndarray  # (n,) i64, bits of the absorbing media it is in; (0,) in a scene without
-    emitter: np.ndarray  # (n,) i32, triangle at its end whose radiance is still to be multiplied in; -1: none
+    # (n,) i32, triangle at its end whose radiance is still to be multiplied in; -1: none; LAMP - l: the nodes of lamp l
+    emitter: np.ndarray
     place: np.ndarray  # (n, 2) f32, where on it
 
 
@@ -149,7 +150,7 @@ def sample_lights(laws, lights, surfaces, points, j, samples, mis, lobes, rays):
 @kernel
 def _note_emitter(lights, rays, i, m, p):
     """Where shadow ray i ends on emissive triangle m, when its radiance depends on that."""
-    rays.emitter[i] = -1
+    rays.emitter[i] = min(m, -1)
     if m >= 0 and lights.tri_shaded[m]:
         rays.emitter[i] = lights.tri_id[m]
         u, v = place_on(lights, m, p)

@@ -26,6 +26,7 @@ from .emission import multiply_radiance
 from .eye_batch import EyePaths, Tile, VisiblePoints, empty_paths, empty_points, empty_tile
 from .eye_kernels import camera_rays, eye_step, further_rays
 from .gather_kernels import Lookup, Radius, gather
+from .lamp_nodes import meet_lamps, multiply_nodes, see_lamps
 from .lobes import ALL, NARROW, WIDE, most_lobe_rays
 from .photon_kernels import Surfaces
 from .render_scene import BACKGROUND_DEPTH, RenderScene
@@ -118,6 +119,7 @@ def follow(
                 scene.absorb(paths.inside, surfaces, paths.beta)
             points = empty_points(len(paths.key), scene.absorbs, scene.trails)
             paths = paths._replace(sky=scene.sky_seen(surfaces, paths.d, paths.trail))
+            see_lamps(scene, surfaces, paths, tile)
             onward = empty_paths(room_for(scene, paths.splits), scene.absorbs, scene.trails)
             n, ended = eye_step(
                 scene.laws, scene.rules, scene.seen_lights, surfaces, paths, bounce, onward, points, tile
@@ -203,6 +205,7 @@ def _shadow_rays(
     )
     rays = head(rays, count)
     multiply_radiance(scene, rays.emitter, rays.place, -rays.d, rays.light)
+    multiply_nodes(scene, rays)
     traced = count
     if not scene.plan.see_through:
         occluded = scene.intersector.occluded(rays.o, rays.d, rays.t_max)
@@ -241,9 +244,9 @@ def _second_rays(
             scene.absorb(paths.inside, there, paths.beta)
             scene.absorb(paths.inside, there, paths.gather)
         landings = empty_points(len(paths.key), scene.absorbs, scene.trails)
-        count, landed = second_step(
-            scene.laws, scene.lights, there, paths, bounce, max(run.light_samples, 1), landings, tile.direct
-        )
+        samples = max(run.light_samples, 1)
+        meet_lamps(scene, there, paths, samples, tile.direct)
+        count, landed = second_step(scene.laws, scene.lights, there, paths, bounce, samples, landings, tile.direct)
         if landed:
             traced += _light_landings(scene, run, maps, there, head(landings, landed), tile, landing + 1)
         paths = head(paths, count)

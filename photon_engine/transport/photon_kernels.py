@@ -20,7 +20,7 @@ from ..lights.targets import aim_distant, emit_aimed
 from ..photons.batch import ONE_ROUGH, SEEN_SHARP
 from ..photons.packing import pack_direction, pack_facet
 from ..sampling.rng import DIMENSIONS_PER_BOUNCE, path_key, shifted, uniform
-from ..vec import add, dot, load3, madd, mul, scale, store3, sub
+from ..vec import add, dot, load3, madd, max3, mul, scale, store3, sub
 from .ideal_kernels import bend, launch_ideal, load_ideal, turn_normals
 from .matte_kernels import LANES, Lanes, deposit_lanes, encode, launch_lanes, load_lanes, place, scatter
 from .media import Media, after_surface
@@ -170,6 +170,7 @@ class Leg(NamedTuple):
     matte: np.ndarray  # (n,) i32, which photons hit a Lambert surface
     ideal: np.ndarray  # (n,) i32, which hit a smooth mirror or smooth glass
     other: np.ndarray  # (n,) i32, which hit any other surface
+    gain: np.ndarray  # (n, 3) f32, what flux is times unless it goes straight on (transport/lamp_nodes.py); (0, 3): 1
 
 
 @kernel
@@ -209,7 +210,7 @@ def photon_step(laws, leg, surfaces, photons, out, deposits, stored, tally):
         absorbed = sub(absorbed, gone)
     for k in range(n_other):
         i = leg.other[k]
-        alive, stored, gone = _any_hit(laws, leg, surfaces, photons, i, out, alive, deposits, stored)
+        alive, stored, gone = _any_hit(laws, leg, surfaces, photons, i, out, alive, deposits, stored, tally)
         absorbed = sub(absorbed, gone)
     for c in range(3):
         tally[ABSORBED, c] += absorbed[c]
@@ -244,7 +245,7 @@ def sort_hits(surfaces, photons, leg, tally):
         leg.other[n_other] = i
         n_matte += 1 if lit & (law == MATTE) & (dark != STRAIGHT) else 0
         n_ideal += 1 if lit & (law == IDEAL) & (dark != THROUGH) else 0
-        n_other += 1 if lit & (law == OTHER) else 0
+        n_other += 1 if hit & (law == OTHER) else 0
     for c in range(3):
         tally[ABSORBED, c] += absorbed[c]
         tally[ESCAPED, c] += escaped[c]
@@ -252,21 +253,25 @@ def sort_hits(surfaces, photons, leg, tally):
 
 
 @inlined
-def _any_hit(laws, leg, surfaces, photons, i, out, alive, deposits, stored):
+def _any_hit(laws, leg, surfaces, photons, i, out, alive, deposits, stored, tally):
     """Carry photon i through its hit on any surface; out: now alive, now stored, flux that goes on."""
     rows, row, scratch = surfaces.rows, surfaces.row[i], surfaces.scratch
     p, ng, ns = surface_point(surfaces.geometry, surfaces.prim[i], float(surfaces.u[i]), float(surfaces.v[i]))
     phi = load3(photons.phi, i)
+    lit = mul(phi, load3(leg.gain, i)) if len(leg.gain) else phi
     wo = scale(load3(photons.d, i), -1.0)
     p_null, p_sharp, p_rough = prepare_any(rows, row, ns, ng, wo, laws.threshold, scratch)
     seen, key, limit = photons.seen[i], photons.key[i], photons.dark[i]
+    near = surfaces.t[i] < limit  # a soft lamp does not light it, but shines on through it
+    if near:
+        p_sharp, p_rough = 0.0, 0.0
     if limit == STRAIGHT:
         p_rough = 0.0
     elif limit == THROUGH:
         p_null, p_sharp = 0.0, 0.0
-    if p_rough > 0.0 and stores(leg.mode, seen):
+    if p_rough > 0.0 and stores(leg.mode, seen) and (len(leg.gain) == 0 or max3(lit) > 0.0):
         store3(deposits.position, stored, p)
-        store3(deposits.flux, stored, phi)
+        store3(deposits.flux, stored, lit)
         deposits.wi[stored] = pack_direction(wo)
         front = dot(wo, ng) >= 0.0
         instance = surfaces.geometry.instance[surfaces.prim[i]]
@@ -275,38 +280,49 @@ def _any_hit(laws, leg, surfaces, photons, i, out, alive, deposits, stored):
         stored += 1
     if leg.mode == CAUSTIC or seen // ONE_ROUGH >= laws.max_rough:
         p_rough = 0.0
-    goes_on, wi, phi, cls = _scatter(
-        rows, row, (ns, ng, wo), (p_null, p_sharp, p_rough), laws.threshold, scratch, phi, key, leg.bounce
+    goes_on, wi, out_phi, cls = _scatter(
+        rows, row, (ns, ng, wo), (p_null, p_sharp, p_rough), laws.threshold, scratch, (phi, lit), key, leg.bounce
     )
+    more = sub(lit, phi) if len(leg.gain) and cls != CLASS_NULL else (0.0, 0.0, 0.0)
+    for c in range(3):
+        tally[EMITTED, c] += more[c]
     if not goes_on:
-        return alive, stored, (0.0, 0.0, 0.0)
+        return alive, stored, scale(more, -1.0)
     if len(photons.inside):
         out.inside[alive] = after_surface(laws.media, photons.inside[i], surfaces.prim[i], dot(ng, wo), dot(ng, wi))
     store3(out.o, alive, leave(surfaces.geometry, surfaces.prim[i], p, ng, wi))
     store3(out.d, alive, wi)
-    store3(out.phi, alive, phi)
+    store3(out.phi, alive, out_phi)
+    if len(photons.lamp):
+        out.lamp[alive] = photons.lamp[i] if cls == CLASS_NULL else -1
     out.key[alive] = key
-    out.dark[alive] = STRAIGHT if cls == CLASS_NULL and limit <= FIRST else 0.0
+    out.dark[alive] = STRAIGHT if cls == CLASS_NULL and limit <= FIRST else limit - surfaces.t[i] if near else 0.0
     if cls == CLASS_SHARP:
         seen |= SEEN_SHARP
     elif cls == CLASS_ROUGH:
         seen = after_rough(seen)
     out.seen[alive] = seen
-    return alive + 1, stored, phi
+    return alive + 1, stored, sub(out_phi, more)
 
 
 @inlined
 def _scatter(rows, row, frame, weights, threshold, scratch, phi, key, bounce):
-    """Next direction and flux of a photon, or its end by Russian roulette."""
-    nothing = (False, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0)
+    """Next direction and flux of a photon, or its end by Russian roulette.
+
+    phi : its flux for straight passes, and for all others;  out : (whether it goes on, wi, flux, class of the lobe)
+    """
+    nothing = (False, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), CLASS_ROUGH)
     if weights[0] + weights[1] + weights[2] <= 0.0:
         return nothing
     dim = (bounce + 1) * DIMENSIONS_PER_BOUNCE
     cls, p_class, u0 = choose_class(weights[0], weights[1], weights[2], uniform(key, dim))
+    before = phi[0] if cls == CLASS_NULL else phi[1]
+    if max3(before) <= 0.0:
+        return nothing
     ns, ng, wo = frame
     u = (u0, uniform(key, dim + 1), uniform(key, dim + 2))
     ok, wi, weight, _, _ = sample_any(rows, row, ns, ng, wo, cls, scratch, u, 1)
     if not ok:
-        return nothing
-    survives, out = roulette(phi, scale(mul(phi, weight), 1.0 / p_class), uniform(key, dim + 3))
+        return False, wi, before, cls
+    survives, out = roulette(before, scale(mul(before, weight), 1.0 / p_class), uniform(key, dim + 3))
     return survives, wi, out, cls

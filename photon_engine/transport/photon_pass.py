@@ -10,12 +10,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..lights.table import SHADED
 from ..photons.batch import Deposits, Photons, empty_deposits, empty_photons, head
 from ..photons.room import Room
 from ..sampling.rng import STREAM_CAUSTIC, STREAM_DIFFUSE, STREAM_EYE, make_key
 from ..sampling.sobol import sobol
 from .cull import keep_those_that_meet
 from .emission import multiply_radiance
+from .lamp_nodes import NO_GAIN, land
 from .matte_kernels import empty_lanes
 from .photon_kernels import (
     ABSORBED,
@@ -71,10 +73,11 @@ class Desk:
         self.births = Births(np.empty(0, np.int32), np.empty(0, np.int32), np.empty((0, 2), np.float32))
         self.deposits = empty_deposits(0)
 
-    def clear(self, n: int, absorbs: bool) -> None:
-        """Make room for n photons and one more."""
-        if self.lists.shape[1] <= n or absorbs != (len(self.spare[0].inside) > 0):
-            self.spare = empty_photons(n + 1, absorbs), empty_photons(n + 1, absorbs)
+    def clear(self, n: int, absorbs: bool, varied: bool) -> None:
+        """Make room for n photons and one more; varied: the nodes of lamps are evaluated."""
+        held = len(self.spare[0].inside) > 0, len(self.spare[0].lamp) > 0
+        if self.lists.shape[1] <= n or (absorbs, varied) != held:
+            self.spare = empty_photons(n + 1, absorbs, varied), empty_photons(n + 1, absorbs, varied)
             self.lists = np.empty((3, n + 1), np.int32)
             self.births = Births(np.empty(n, np.int32), np.empty(n, np.int32), np.empty((n, 2), np.float32))
         if len(self.deposits.wi) <= n:
@@ -180,7 +183,8 @@ def _carry(
 ) -> Carried:
     """Carry a chunk of photons, or those to be emitted with these numbers, over a span of bounces, on a desk."""
     tally = np.zeros((4, 3))
-    desk.clear(len(source) if isinstance(source, range) else len(source.key), scene.absorbs)
+    number = len(source) if isinstance(source, range) else len(source.key)
+    desk.clear(number, scene.absorbs, bool(scene.lamp_nodes))
     photons = _emitted(scene, run, source, desk, tally) if isinstance(source, range) else source
     n = len(photons.key)
     shines_through = isinstance(source, range) and run.mode != CAUSTIC and not scene.casts_all_shadows
@@ -198,8 +202,10 @@ def _carry(
             tally[ABSORBED] += scene.absorb(photons.inside, surfaces, photons.phi)
         desk.grow(stored, n)
         laws = np.empty(len(surfaces.rows.kind), np.uint8)
-        leg = Leg(run.mode, bounce, desk.lanes, laws, *desk.lists)
         out = desk.spare[bounce % 2]
+        out.lamp[:] = -1
+        gain = land(scene, photons, surfaces, tally[EMITTED]) if scene.lamp_nodes else NO_GAIN
+        leg = Leg(run.mode, bounce, desk.lanes, laws, *desk.lists, gain)
         n, stored = photon_step(scene.laws, leg, surfaces, photons, out, desk.deposits, stored, tally)
         photons = head(out, n)
     return Carried(head(desk.deposits, stored), photons, tally, rays)
@@ -214,6 +220,8 @@ def _emitted(scene: RenderScene, run: PhotonRun, numbers: range, desk: Desk, tal
     else:
         emit_everywhere(scene.lights, scene.rings, media, run.points, run.key, numbers.start, photons, births)
     multiply_radiance(scene, births.emitter, births.place, photons.d, photons.phi)
+    if scene.lamp_nodes:
+        photons.lamp[:] = np.where(scene.lights.flags[births.light] & SHADED != 0, births.light, -1)
     add_up(photons.phi, tally[EMITTED])
     boxes = scene.caster_boxes if run.mode == CAUSTIC else scene.object_boxes
     if boxes is not None and (run.mode == CAUSTIC or scene.casts_all_shadows):  # else `light` must go with photons

@@ -21,6 +21,7 @@ from ..scene.data import SceneData
 from ..scene.repair import with_finite_images, with_lamps_in_reach
 from ..settings import Settings
 from ..shading.material import refracting_materials
+from ..shading.program import Program
 from ..survey import survey
 from .displace import displaced
 from .eye_batch import EyeRules
@@ -72,9 +73,10 @@ class RenderScene:
         self.emitters = glowing_triangles(memo, scene, self.flat, self.materials)
         self.shaded_emitters = bool(self.emitters.shaded.any())
         self.sky = sky_table(memo, scene, issues)
-        self.lights = light_table(memo, scene, facts.idle, self.emitters, self.sky, self.flat, issues)
-        looked_up = [*programs, *([] if self.sky is None else [self.sky.program])]
-        self.trails = any("trail" in program.needs for program in looked_up)
+        self.lights, self.lamp_nodes = light_table(
+            memo, scene, facts.idle, self.emitters, self.sky, self.flat, issues
+        )
+        self.trails = any("trail" in program.needs for program in self._looked_up(programs))
         self.casts_all_shadows = bool((self.lights.flags & SHADOW).all())
         self.camera = build_camera(scene.camera, scene.frame, self.flat.origin)
         self._plan_of = partial(
@@ -110,6 +112,11 @@ class RenderScene:
         self.rules = EyeRules(
             scene.frame.transparent, visible, holdout, np.ascontiguousarray(forward, np.float64), eye
         )
+
+    def _looked_up(self, programs: list[Program]) -> list[Program]:
+        """All programs that paths ask: of materials, the world and lamps."""
+        sky = [] if self.sky is None else [self.sky.program]
+        return [*programs, *sky, *(nodes.program for nodes in self.lamp_nodes.values())]
 
     def settle_gather(self, settings: Settings, mode: str, why: str) -> None:
         """Plan again once it is known where diffuse light is gathered (pilot.gather_mode), if that was left open."""

@@ -14,10 +14,11 @@ import numpy as np
 from ..geometry.flatten import Flattened, bounding_sphere
 from ..geometry.intersect import Intersector
 from ..issues import IssueLog
+from ..lights.nodes import LampNodes, make_lamp_nodes
 from ..lights.sky import Sky, build_sky
 from ..lights.table import Emitters, LightTable, build_lights
 from ..lights.targets import Targets, build_targets
-from ..scene.data import SceneData
+from ..scene.data import Light, SceneData
 from ..scene.memo import Memo
 from ..shading.material import compile_material
 from ..shading.program import Program
@@ -81,20 +82,42 @@ def sky_table(memo: Memo, scene: SceneData, issues: IssueLog) -> Sky | None:
     return memo.get("sky", inputs, lambda own: build_sky(scene.world, scene.images, own), issues)
 
 
+def lamp_nodes(memo: Memo, scene: SceneData, flat: Flattened) -> tuple[LampNodes | None, ...]:
+    """The nodes of each of a scene's lamps that are evaluated at every sample, None where there are none."""
+    sphere, images = (flat.center, flat.radius), tuple(scene.images)
+
+    def nodes_of(i: int, light: Light) -> LampNodes | None:
+        if light.graph is None:
+            return None
+        inputs = light, images, scene.camera, flat.origin, sphere
+        return memo.get(("lamp", i), inputs, lambda _own: make_lamp_nodes(light, scene.images, *inputs[2:]), IssueLog())
+
+    return tuple(nodes_of(i, light) for i, light in enumerate(scene.lights))
+
+
 def light_table(
     memo: Memo, scene: SceneData, idle: tuple[int, ...], emitters: Emitters, sky: Sky | None, flat: Flattened,
     issues: IssueLog,
-) -> LightTable:  # fmt: skip
-    """As `table.build_lights`, of all lamps but those with the indices `idle`."""
-    lit = replace(scene, lights=[light for i, light in enumerate(scene.lights) if i not in idle])
+) -> tuple[LightTable, dict[int, LampNodes]]:  # fmt: skip
+    """As `table.build_lights`, of all lamps but those with the indices `idle`; and their nodes, by row of the table."""
+    kept = [i for i in range(len(scene.lights)) if i not in idle]
+    nodes = lamp_nodes(memo, scene, flat)
+    lit = replace(scene, lights=[with_share(scene.lights[i], nodes[i]) for i in kept])
     count, sky_map = len(flat.geometry.triangles), None if sky is None else sky.map
     inputs = tuple(lit.lights), scene.world, emitters, count, flat.center, flat.radius, flat.origin, sky_map
-    return memo.get(
+    table = memo.get(
         "lights",
         inputs,
         lambda own: build_lights(lit, emitters, count, flat.center, flat.radius, flat.origin, own, sky_map),
         issues,
     )
+    by_row = {row: nodes[kept[source]] for row, source in enumerate(table.source) if source >= 0}
+    return table, {row: item for row, item in by_row.items() if item is not None}
+
+
+def with_share(light: Light, nodes: LampNodes | None) -> Light:
+    """A lamp as strong as it is in the mean over what its nodes give."""
+    return light if nodes is None else replace(light, strength=tuple(s * nodes.share for s in light.strength))
 
 
 def caster_bounds(memo: Memo, flat: Flattened, sharp: np.ndarray) -> Casters:

@@ -46,7 +46,7 @@ def warm_scene() -> SceneData:
         lights=[
             Light("Lamp", "AREA", lamp, (10.0, 10.0, 10.0)),
             Light("Fill", "POINT", lamp, (1.0, 1.0, 1.0), cast_shadow=False),
-            Light("Seen", "AREA", seen, (1.0, 1.0, 1.0), size=(0.5, 0.5)),
+            Light("Seen", "AREA", seen, (1.0, 1.0, 1.0), size=(0.5, 0.5), graph=_falling()),
         ],
         world=World(color=(0.1, 0.1, 0.1)),
         camera=Camera(matrix=eye),
@@ -59,6 +59,15 @@ def _glass() -> Graph:
     inputs = {"Color": Socket([1.0, 1.0, 1.0, 1.0], kind="RGBA"), "Roughness": Socket(0.0), "IOR": Socket(1.5)}
     shader = Node("ShaderNodeBsdfGlass", "Glass", {}, inputs, {"BSDF": "SHADER"})
     return Graph([shader], Socket(None, 0, "BSDF", "SHADER"))
+
+
+def _falling() -> Graph:
+    """A lamp's nodes that follow the distance."""
+    inputs = {"Strength": Socket(1.0), "Smooth": Socket(0.0)}
+    falloff = Node("ShaderNodeLightFalloff", "Falloff", {}, inputs, {"Linear": "VALUE"})
+    inputs = {"Color": Socket([1.0, 1.0, 1.0, 1.0], kind="RGBA"), "Strength": Socket(None, 0, "Linear")}
+    shader = Node("ShaderNodeEmission", "Emission", {}, inputs, {"Emission": "SHADER"})
+    return Graph([falloff, shader], Socket(None, 1, "Emission", "SHADER"))
 
 
 def _glossy() -> Graph:

@@ -171,7 +171,9 @@ def geometry(x, props, points):
         out["Random Per Island"] = points.island_random
     if "Pointiness" in used:
         out["Pointiness"] = points.attributes[POINTINESS][:, -1]
-    if "Tangent" in used:  # radial about the object's z axis
+    if "Tangent" in used and points.is_lamp:  # Cycles divides by its length, 0: no number, which shines black
+        out["Tangent"] = np.full((3, len(points)), np.nan, f32)
+    elif "Tangent" in used:  # radial about the object's z axis
         x, y, z = points.generated.T - f32(0.5)
         radial = to_world(points, np.stack([-y, x, np.zeros_like(z)]))
         n = facing(points)

@@ -139,6 +139,9 @@ def emission(x, props, points):
     return {"Emission": recipes.emission(x["Color"], x["Strength"])}
 
 
+FAR = np.finfo(f32).max
+
+
 def falloff_varies(item, used):
     """Only the quadratic falloff, not smoothed, is the lamp's own."""
     smooth = item.inputs.get("Smooth")
@@ -147,8 +150,18 @@ def falloff_varies(item, used):
 
 @node("ShaderNodeLightFalloff", varies=falloff_varies)
 def light_falloff(x, props, points):
-    """A lamp's strength; what falls off otherwise than by the square of the distance is reported."""
-    return {"Quadratic": x["Strength"]}
+    """A lamp's strength, which grows with distance where it shall fall off by less than the square of that.
+
+    Suns, and what is no lamp, keep theirs (on surfaces that is reported). Near the lamp, `Smooth` takes from it.
+    """
+    strength = x["Strength"]
+    if points is None or not points.is_lamp:
+        return dict.fromkeys(("Quadratic", "Linear", "Constant"), strength)
+    t = np.where(points.ray_length < FAR, points.ray_length, f32(1.0))
+    smooth = np.maximum(x["Smooth"], f32(0.0))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        eased = np.where((smooth > 0.0) & (points.ray_length < FAR), t * t / (smooth + t * t), f32(1.0)) * strength
+    return {"Quadratic": eased, "Linear": eased * t, "Constant": eased * t * t}
 
 
 @node("ShaderNodeBackground")

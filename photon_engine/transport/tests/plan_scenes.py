@@ -76,6 +76,17 @@ def place(x, y, z):
     return matrix
 
 
+def lamp_graph(falloff=""):
+    """Nodes of a lamp: its UVs as a colour, and a Light Falloff."""
+    uv = Node("ShaderNodeTexCoord", "UV", {}, {}, {"UV": "VECTOR"})
+    inputs = {"Strength": Socket(1.0), "Smooth": Socket(0.0)}
+    fall = Node("ShaderNodeLightFalloff", "Falloff", {}, inputs, {"Linear": "VALUE"})
+    strength = Socket(None, 1, falloff) if falloff else Socket(2.0)
+    inputs = {"Color": Socket(None, 0, "UV", "RGBA"), "Strength": strength}
+    shine = Node("ShaderNodeEmission", "Emission", {}, inputs, {"Emission": "SHADER"})
+    return Graph([uv, fall, shine], Socket(None, 2, "Emission", "SHADER"))
+
+
 LAMPS = {
     "Point": Light("Point", "POINT", place(0.5, 0.3, 2.5), (30.0, 30.0, 30.0)),
     "Bulb": Light("Bulb", "POINT", place(0.5, 0.3, 2.5), (30.0, 20.0, 30.0), radius=0.2),
@@ -87,6 +98,14 @@ LAMPS = {
     "Mapped": Light(
         "Mapped", "POINT", place(0.5, 0.3, 2.5), (30.0, 30.0, 30.0), radius=0.1,
         beam=np.random.default_rng(2).random((9, 8, 3)).astype(np.float32),
+    ),
+    "Picture": Light("Picture", "AREA", place(0.2, 0.0, 2.6), (20.0, 20.0, 20.0), size=(0.9, 0.6), graph=lamp_graph()),
+    "Falloff": Light(
+        "Falloff", "POINT", place(0.4, 0.2, 2.4), (9.0, 9.0, 9.0), radius=0.2, soft_falloff=False,
+        graph=lamp_graph("Linear"),
+    ),
+    "Gobo": Light(
+        "Gobo", "SPOT", place(0.0, 0.0, 2.8), (40.0, 40.0, 40.0), spot_size=1.0, cast_shadow=False, graph=lamp_graph(),
     ),
     "Dead": Light("Dead", "POINT", place(0.0, 0.0, 2.0), (0.0, 0.0, 0.0)),
     "Ghostly": Light("Ghostly", "AREA", place(0.2, 0.0, 2.6), (9.0, 9.0, 9.0), cast_shadow=False),

@@ -25,6 +25,7 @@ from ...geometry.surface import leave, surface_point
 from ...photons.batch import ONE_ROUGH, SEEN_SHARP, empty_deposits, empty_photons
 from ...photons.packing import pack_direction, pack_facet
 from ...sampling.rng import DIMENSIONS_PER_BOUNCE, uniform
+from ..lamp_nodes import NO_GAIN
 from ..matte_kernels import LANES, empty_lanes
 from ..media import Media, no_media
 from ..photon_kernels import ABSORBED, ESCAPED, Laws, Leg, Surfaces, photon_step
@@ -95,7 +96,8 @@ def one_by_one(surfaces, photons, mode: int):
 
 def leg_of(mode: int) -> Leg:
     """Work space of one bounce of N photons."""
-    return Leg(mode, BOUNCE, empty_lanes(), np.empty(1, np.uint8), *(np.empty(N + 1, np.int32) for _ in range(3)))
+    lists = [np.empty(N + 1, np.int32) for _ in range(3)]
+    return Leg(mode, BOUNCE, empty_lanes(), np.empty(1, np.uint8), *lists, NO_GAIN)
 
 
 @pytest.mark.parametrize("mode", [CAUSTIC, DIFFUSE, GLOBAL])

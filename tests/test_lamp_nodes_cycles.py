@@ -1,0 +1,188 @@
+"""Lamps whose nodes vary over the lamp, with direction or with distance, against Cycles: a floor, block by block."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy")
+pytest.importorskip("OpenImageIO")
+
+from photon_engine.blender.extract import extract_scene  # noqa: E402
+from photon_engine.issues import IssueLog  # noqa: E402
+from photon_engine.settings import Settings  # noqa: E402
+from photon_engine.transport.renderer import Renderer  # noqa: E402
+from tests.node_patch import feed, new, out  # noqa: E402
+from tests.test_lights_cycles import SIZE, add_lamp, assert_blocks_agree, material, render, scene  # noqa: E402, F401
+
+LIGHT = ("Direct", "Caustic", "Diffuse", "Emission", "Environment")
+STRENGTH = 0.7  # of the nodes
+
+
+def wire(lamp, build):
+    """The lamp's emission shines with what build(tree) gives: a colour, or a strength."""
+    lamp.data.use_nodes = True
+    tree = lamp.data.node_tree
+    emission = next(n for n in tree.nodes if n.type == "EMISSION")
+    emission.inputs["Strength"].default_value = STRENGTH
+    socket = build(tree)
+    tree.links.new(socket, emission.inputs["Color" if socket.type in ("RGBA", "VECTOR") else "Strength"])
+
+
+def ours(passes=16, **settings):
+    """The sum of our light passes (SIZE, SIZE, 3), bottom row first, and the issues."""
+    issues = IssueLog()
+    data = extract_scene(bpy.context.evaluated_depsgraph_get(), issues)
+    few = {"caustic_photons": 0, "diffuse_photons": 0, "light_samples": 8}
+    renderer = Renderer(data, Settings(**{**few, **settings}), issues)
+    renderer.prepare(lambda text: None)
+    pictures = [renderer.render_pass(i, lambda: False) for i in range(passes)]
+    renderer.close()
+    sums = [sum(picture[name] for name in LIGHT if name in picture) for picture in pictures]
+    return np.mean(sums, axis=0).reshape(SIZE, SIZE, 3), issues
+
+
+def falloff(output, smooth=0.0):
+    """Light Falloff."""
+    return lambda tree: out(feed(tree, tree.nodes.new("ShaderNodeLightFalloff"), Strength=2.0, Smooth=smooth), output)
+
+
+def picture(tree, vector=None):
+    """A smooth picture of 32 x 32 pixels, Clip, looked up at a socket."""
+    image = bpy.data.images.new("Gobo", 32, 32, float_buffer=True)
+    y, x = np.mgrid[:32, :32] / 31.0
+    rgba = np.stack([0.2 + 0.8 * x, 0.3 + 0.6 * y, 0.6 + 0.4 * np.sin(6.0 * x) * np.cos(5.0 * y), np.ones_like(x)], -1)
+    image.pixels.foreach_set(rgba.astype(np.float32).ravel())
+    image.pack()
+    node = new(tree, "ShaderNodeTexImage", image=image, extension="EXTEND")
+    if vector is not None:
+        tree.links.new(vector, node.inputs["Vector"])
+    return node.outputs["Color"]
+
+
+TEX_COORD = ("UV", "Normal", "Object", "Generated", "Reflection", "Camera", "Window")
+GEOMETRY = ("Position", "Normal", "True Normal", "Incoming", "Parametric", "Backfacing", "Random Per Island",
+            "Pointiness")
+LIGHT_PATH = ("Is Camera Ray", "Is Shadow Ray", "Is Diffuse Ray", "Is Glossy Ray", "Ray Length", "Transparent Depth")
+
+
+def telling(*names, node="ShaderNodeTexCoord"):
+    """What a node's outputs say, each by another amount, as a colour; nothing of ours shines negatively."""
+    def build(tree):
+        source, total = tree.nodes.new(node), (0.3, 0.4, 0.5)
+        for k, name in enumerate(names):
+            weights = [(0.3, -0.4, 0.5), (-0.6, 0.5, 0.2), (0.4, 0.3, -0.3), (0.2, 0.6, 0.4)][k % 4]
+            add = new(tree, "ShaderNodeVectorMath", operation="MULTIPLY_ADD")
+            total = feed(tree, add, Vector=out(source, name), Vector_001=weights, Vector_002=total).outputs[0]
+        return feed(tree, new(tree, "ShaderNodeVectorMath", operation="ABSOLUTE"), Vector=total).outputs[0]
+
+    return build
+
+
+def gobo(name, scale=(1.0, 1.0, 1.0), node="ShaderNodeTexCoord"):
+    """A picture by some coordinates."""
+    def build(tree):
+        mad = new(tree, "ShaderNodeVectorMath", operation="MULTIPLY_ADD")
+        feed(tree, mad, Vector=out(tree.nodes.new(node), name), Vector_001=scale,
+             Vector_002=(0.0,) * 3 if name == "UV" else (0.5,) * 3)
+        return picture(tree, mad.outputs[0])
+
+    return build
+
+
+POINT = {"shadow_soft_size": 0.0}
+SOFT = {"shadow_soft_size": 0.4, "location": (0.3, 0.1, 0.9)}
+BALL = {**SOFT, "use_soft_falloff": False}
+SPOT = {"shadow_soft_size": 0.0, "spot_size": 1.3, "spot_blend": 0.3, "scale": (1.3, 1.0, 0.8)}
+PANEL = {"shape": "RECTANGLE", "size": 1.6, "size_y": 0.9, "location": (0.2, 0.1, 0.8), "rotation": (0.1, -0.2, 0.5),
+         "scale": (1.0, 1.2, 1.0)}
+DISK = {"shape": "DISK", "size": 1.2, "spread": 2.0}
+SUN = {"angle": 0.6}
+LAMPS = {"point": ("POINT", POINT), "soft point": ("POINT", SOFT), "ball": ("POINT", BALL), "spot": ("SPOT", SPOT),
+         "panel": ("AREA", PANEL), "disk": ("AREA", DISK), "sun": ("SUN", SUN)}
+CASES = {
+    **{f"coordinates of a {name}": (name, telling(*TEX_COORD)) for name in LAMPS},
+    **{f"geometry of a {name}": (name, telling(*GEOMETRY, node="ShaderNodeNewGeometry"))
+       for name in ("ball", "spot", "panel", "sun")},
+    "linear": ("point", falloff("Linear")),
+    "constant": ("ball", falloff("Constant")),
+    "smooth": ("soft point", falloff("Quadratic", 2.0)),
+    "smooth constant": ("panel", falloff("Constant", 3.0)),
+    "smooth linear": ("spot", falloff("Linear", 1.0)),
+    "linear sun": ("sun", falloff("Linear", 1.0)),
+    "path": ("point", telling(*LIGHT_PATH, node="ShaderNodeLightPath")),
+    "gobo": ("spot", gobo("UV")),
+    "gobo by normals": ("spot", gobo("Normal")),
+    "picture": ("panel", gobo("UV")),
+    "picture as it comes": ("disk", picture),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_floor(name, scene, tmp_path):  # noqa: F811
+    """Direct light; 16 x 16 pixels a block: noise of Cycles' panels 0.3%, of ours less."""
+    lamp, build = CASES[name]
+    kind, options = LAMPS[lamp]
+    wire(add_lamp(scene, kind, **options), build)
+    found, issues = ours(max_bounces=1)
+    assert not list(issues)
+    scene.cycles.samples = 128
+    assert_blocks_agree(found, render(scene, tmp_path))
+
+
+def test_a_tangent_makes_a_lamp_black(scene, tmp_path):  # noqa: F811
+    """It is no number in Cycles."""
+    wire(add_lamp(scene, "AREA", **PANEL), telling("Tangent", node="ShaderNodeNewGeometry"))
+    assert ours(1)[0].max() == render(scene, tmp_path).max() == 0.0
+
+
+def ceiling(height, surface):
+    """A wide sheet across the z axis."""
+    mesh = bpy.data.meshes.new("Sheet")
+    mesh.from_pydata([(-20, -20, height), (20, -20, height), (20, 20, height), (-20, 20, height)], [], [(0, 1, 2, 3)])
+    mesh.materials.append(surface)
+    thing = bpy.data.objects.new("Sheet", mesh)
+    bpy.context.scene.collection.objects.link(thing)
+    return thing
+
+
+def half_clear():
+    """A sheet that lets half of the light straight through and scatters the rest."""
+    made = material("ShaderNodeBsdfDiffuse", Color=(0.7, 0.6, 0.8, 1.0))
+    tree = made.node_tree
+    mix = feed(tree, tree.nodes.new("ShaderNodeMixShader"), Fac=0.5, Shader=tree.nodes["Diffuse BSDF"].outputs[0],
+               Shader_001=tree.nodes.new("ShaderNodeBsdfTransparent").outputs[0])
+    output = next(n for n in tree.nodes if n.type == "OUTPUT_MATERIAL")
+    tree.links.new(mix.outputs[0], output.inputs["Surface"])
+    return made
+
+
+BETWEEN = {"location": (0.1, -0.2, 1.2), "rotation": (math.pi - 0.2, 0.1, 0.0)}
+BOUNCES = {
+    "constant": ("soft point", falloff("Constant"), {}),
+    "linear panel": ("panel", falloff("Linear"), BETWEEN),
+    "linear ball": ("ball", falloff("Linear", 0.5), BETWEEN),
+    "gobo": ("spot", gobo("UV"), BETWEEN),
+    "picture": ("panel", gobo("UV"), BETWEEN),
+    "without shadows": ("point", falloff("Constant"), {"location": (0.1, -0.2, 1.2), "use_shadow": False}),
+}
+
+
+@pytest.mark.parametrize("name", BOUNCES)
+def test_light_between_sheets(name, scene, tmp_path):  # noqa: F811
+    """Photons: a lamp between the floor and a ceiling, of which a third sheet lets half through to a fourth."""
+    lamp, build, more = BOUNCES[name]
+    kind, options = LAMPS[lamp]
+    wire(add_lamp(scene, kind, **{**options, **more}), build)
+    bpy.data.objects["Floor"].data.materials[0] = material("ShaderNodeBsdfDiffuse", Color=(0.8, 0.6, 0.5, 1.0))
+    ceiling(1.6, half_clear())
+    ceiling(2.4, material("ShaderNodeBsdfDiffuse", Color=(0.5, 0.7, 0.6, 1.0)))
+    scene.camera.location = (0.0, 0.0, 0.1)
+    scene.camera.data.clip_start = 0.01
+    scene.cycles.samples, scene.cycles.max_bounces, scene.cycles.diffuse_bounces = 512, 4, 4
+    found, issues = ours(24, diffuse_photons=100_000, max_bounces=40, diffuse_bounces=4, light_samples=2)
+    assert not list(issues)
+    theirs = render(scene, tmp_path)
+    assert_blocks_agree(found, theirs)
