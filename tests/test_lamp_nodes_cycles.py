@@ -161,28 +161,30 @@ def half_clear():
 
 BETWEEN = {"location": (0.1, -0.2, 1.2), "rotation": (math.pi - 0.2, 0.1, 0.0)}
 BOUNCES = {
-    "constant": ("soft point", falloff("Constant"), {}),
-    "linear panel": ("panel", falloff("Linear"), BETWEEN),
-    "linear ball": ("ball", falloff("Linear", 0.5), BETWEEN),
-    "gobo": ("spot", gobo("UV"), BETWEEN),
-    "picture": ("panel", gobo("UV"), BETWEEN),
-    "without shadows": ("point", falloff("Constant"), {"location": (0.1, -0.2, 1.2), "use_shadow": False}),
+    "linear soft point": ("soft point", (falloff("Linear"),), {}),
+    "linear picture": ("panel", (gobo("UV"), falloff("Linear")), BETWEEN),
+    "constant gobo without shadows": ("spot", (gobo("UV"), falloff("Constant")), {**BETWEEN, "use_shadow": False}),
 }
 
 
 @pytest.mark.parametrize("name", BOUNCES)
 def test_light_between_sheets(name, scene, tmp_path):  # noqa: F811
-    """Photons: a lamp between the floor and a ceiling, of which a third sheet lets half through to a fourth."""
-    lamp, build, more = BOUNCES[name]
+    """Photons: a lamp between the floor and a ceiling that lets half through to another; quarters of the picture.
+
+    Noise of a quarter: 0.3% of ours, 0.2% of Cycles'.
+    """
+    lamp, builds, more = BOUNCES[name]
     kind, options = LAMPS[lamp]
-    wire(add_lamp(scene, kind, **{**options, **more}), build)
+    thing = add_lamp(scene, kind, **{**options, **more})
+    for build in builds:
+        wire(thing, build)
     bpy.data.objects["Floor"].data.materials[0] = material("ShaderNodeBsdfDiffuse", Color=(0.8, 0.6, 0.5, 1.0))
     ceiling(1.6, half_clear())
     ceiling(2.4, material("ShaderNodeBsdfDiffuse", Color=(0.5, 0.7, 0.6, 1.0)))
     scene.camera.location = (0.0, 0.0, 0.1)
     scene.camera.data.clip_start = 0.01
-    scene.cycles.samples, scene.cycles.max_bounces, scene.cycles.diffuse_bounces = 512, 4, 4
-    found, issues = ours(24, diffuse_photons=100_000, max_bounces=40, diffuse_bounces=4, light_samples=2)
+    scene.cycles.samples, scene.cycles.max_bounces, scene.cycles.diffuse_bounces = 256, 4, 4
+    found, issues = ours(12, diffuse_photons=100_000, max_bounces=40, diffuse_bounces=4, light_samples=2)
     assert not list(issues)
-    theirs = render(scene, tmp_path)
-    assert_blocks_agree(found, theirs)
+    quarters = [p.reshape(2, SIZE // 2, 2, SIZE // 2, 3).mean((1, 3)) for p in (found, render(scene, tmp_path))]
+    np.testing.assert_allclose(*quarters, rtol=0.01)
