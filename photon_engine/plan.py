@@ -16,6 +16,8 @@ from .scene.data import SceneData
 from .settings import Settings
 from .survey import Survey, shines, survey
 
+PHOTONS_A_PATH = 3.0  # of the camera
+FEWEST_PIXELS = 10_000  # that are worth more than one
 HARD = 0.035  # [rad] angle of a sun that casts hard shadows: 2 degrees
 OFF = "everything runs (plan=off)"
 
@@ -26,6 +28,7 @@ class Decision:
 
     runs: bool
     reason: str
+    count: int = 1  # of what runs, where there is a choice
 
     def __bool__(self) -> bool:
         """Whether it runs."""
@@ -54,6 +57,7 @@ LABELS = {
     "caustic_points": "Caustics where the eye looks",
     "diffuse_map": "Diffuse map",
     "stray_photons": "Photons past all objects",
+    "more_paths": "More than one path a pixel",
     "mirrors": "Beyond mirrors and glass",
     "gather_all": "Final gather everywhere",
     "gather_narrow": "Final gather on glossy surfaces",
@@ -83,6 +87,7 @@ class Plan:
     caustic_points: Decision
     diffuse_map: Decision
     stray_photons: Decision
+    more_paths: Decision
     mirrors: Decision
     gather_all: Decision
     gather_narrow: Decision
@@ -173,6 +178,7 @@ def make_plan(
         **gathers,
         edges=_edges(rule, maps),
         **_seen(rule, facts),
+        more_paths=camera_paths(scene, settings),
         mirrors=_mirrors(rule, facts, guides),
         media=_media(facts),
         lens=_lens(scene),
@@ -288,6 +294,26 @@ def _mirrors(rule: Rule, facts: Survey, guides: Decision) -> Decision:
     unlit = not guides and not rule.outputs & frozenset(LIGHT_NAMES)
     needless = [(not facts.sharp, "no specular surface"), (unlit, "neither light nor guides are asked for")]
     return rule.decide(f"{names(facts.sharp)} shows other things", [], needless)
+
+
+def camera_paths(scene: SceneData, settings: Settings) -> Decision:
+    """How many paths of the camera a pass has in each pixel.
+
+    Automatic: 4 or 2 where there are PHOTONS_A_PATH photons for each, else 1. With fewer paths a pass waits for photons
+    that hardly anybody looks at; and the paths of one pass are spread evenly over the pixel and over lamps and lobes,
+    which those of several passes cannot be: passes are independent. Relative MSE after 4 processor seconds at 128 x
+    128, 4 paths against 1: ring_cardioid 0.00050 and 0.0014, diffuse_room denoised 0.0012 and 0.0019, material_shelf
+    denoised 0.0049 and 0.0066; raw its noise takes 0.6 of the time.
+    """
+    frame, asked = scene.frame, settings.eye_samples
+    if asked:
+        return Decision(asked > 1, f"Camera Paths is {asked}", asked)
+    pixels = (frame.x1 - frame.x0) * (frame.y1 - frame.y0)
+    if pixels < FEWEST_PIXELS:
+        return Decision(False, "the picture has so few pixels that a pass takes no time")
+    photons = (settings.caustic_photons + settings.diffuse_photons) / pixels
+    count = next((n for n in (4, 2) if photons >= PHOTONS_A_PATH * n), 1)
+    return Decision(count > 1, f"a pass has {photons:.2g} photons a pixel", count)
 
 
 def _media(facts: Survey) -> Decision:

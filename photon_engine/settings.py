@@ -126,6 +126,15 @@ class Settings:
         max=64,
         group="Light Paths",
     )
+    eye_samples: int = setting(
+        0,
+        "Camera Paths",
+        "Paths from the camera through each pixel in each pass, spread evenly over it; 0: one, or up to 4 where a pass "
+        "has many photons to a pixel",
+        min=0,
+        max=64,
+        group="Light Paths",
+    )
     splits: int = setting(
         3,
         "Splits",

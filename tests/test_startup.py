@@ -39,10 +39,10 @@ print(slow, len(before), sorted(signatures() - before))
 
 # what each render of a matte scene under a point lamp adds, and the kernels that it is the first to call
 FEATURES = [
-    ({}, {"Depth"}, {"eye_kernels.camera_rays", "eye_kernels.eye_step", "materials.look_up", "rng.stream_key"}),
+    ({}, {"Depth"}, {"camera_kernels.camera_rays", "eye_kernels.eye_step", "materials.look_up", "rng.stream_key"}),
     ({}, {"Direct"}, {"direct_kernels.sample_lights", "direct_kernels.add_unoccluded"}),
     ({"lamps": ["Bulb"]}, {"Direct"}, {"direct_kernels.sample_lobes", "second_kernels.second_step"}),
-    ({"lamps": ["Bulb"]}, {"Emission"}, {"eye_kernels.further_rays"}),
+    ({"lamps": ["Bulb"]}, {"Emission"}, {"camera_kernels.further_rays"}),
     ({"sky": 0.5, "aperture": 0.1}, {"Environment"}, set()),
     ({"pane": "Half"}, {"Direct"}, {"direct_kernels.attenuate_shadows"}),
     ({}, {"Diffuse"}, {"clearing_kernels", "cull.compact", "gather_kernels.gather", "map._count_sort", "map.row_hash",

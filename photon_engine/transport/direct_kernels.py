@@ -16,15 +16,14 @@ from ..jit import kernel
 from ..lights.mesh import place_on
 from ..lights.sample import sample_light
 from ..sampling.mis import power_heuristic
-from ..sampling.rng import path_key, uniform
+from ..sampling.rng import path_key
 from ..shading.trail import bounced, no_trails
 from ..vec import add, dot, length, load3, max3, scale, store3, sub
-from .eye_kernels import LATTICE_X, LATTICE_Y, add3
+from .eye_batch import LATTICE_X, LATTICE_Y
+from .eye_kernels import add3
 from .lobes import NARROW, keep_lobes, lobe_rays, rough_kind
 from .media import after_surface, no_bits
 
-DIRECT_DIMENSION = 4096  # random numbers of direct light and gathering come after those of the eye path
-SECOND_DIMENSION = 8192
 LOBE_RAY = 1 << 21  # keys of further rays from a visible point's lobes
 LATTICE_U, LATTICE_V, LATTICE_W = 0.8191725133961645, 0.6710436067037893, 0.5497004779019703  # as LATTICE_X, for three
 SHORTEN = 1.0 - 2.0**-14  # a shadow ray ends before the emitter that it was aimed at
@@ -110,11 +109,10 @@ def sample_lights(laws, lights, surfaces, points, j, samples, mis, lobes, rays):
     for m in range(len(points.hit)):
         i = points.hit[m]
         p, ng, ns = surface_point(surfaces.geometry, surfaces.prim[i], float(surfaces.u[i]), float(surfaces.v[i]))
-        key = points.key[m]
         # random numbers once for all samples: strata select lights, and a lattice spreads the places on them
-        u_select = (j + uniform(key, DIRECT_DIMENSION - 1)) / samples
-        u0 = (uniform(key, DIRECT_DIMENSION) + j * LATTICE_X) % 1.0
-        u1 = (uniform(key, DIRECT_DIMENSION + 1) + j * LATTICE_Y) % 1.0
+        u_select = (j + points.u[m, 0]) / samples
+        u0 = (points.u[m, 1] + j * LATTICE_X) % 1.0
+        u1 = (points.u[m, 2] + j * LATTICE_Y) % 1.0
         wo = load3(points.wo, m)
         wi, distance, le, pdf_w, is_delta, emitter = sample_light(
             lights, p, facing(ns, ng, wo), u_select, u0, u1
@@ -259,9 +257,9 @@ def _sample_lobe(laws, surfaces, points, m, frame, gathers, lobes, j, n, paths, 
     rows, row, scratch = surfaces.rows, surfaces.row[i], surfaces.scratch
     key = points.key[m]
     # random numbers once for all rays, and a lattice that spreads the rays evenly
-    u0 = (uniform(key, SECOND_DIMENSION) + j * LATTICE_U) % 1.0
-    u1 = (uniform(key, SECOND_DIMENSION + 1) + j * LATTICE_V) % 1.0
-    u2 = (uniform(key, SECOND_DIMENSION + 2) + j * LATTICE_W) % 1.0
+    u0 = (points.u[m, 3] + j * LATTICE_U) % 1.0
+    u1 = (points.u[m, 4] + j * LATTICE_V) % 1.0
+    u2 = (points.u[m, 5] + j * LATTICE_W) % 1.0
     ok, wi, weight, pdf_w, eta = sample(rows, row, ns, ng, wo, CLASS_ROUGH, scratch, (u0, u1, u2), 0, laws.threshold)
     if not ok or max3(weight) <= 0.0:
         return count

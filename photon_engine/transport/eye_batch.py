@@ -9,6 +9,11 @@ import numpy as np
 from ..shading.trail import no_trails
 from .media import no_bits
 
+DIRECT_DIMENSION = 4096  # random numbers of direct light and gathering come after those of the eye path
+SECOND_DIMENSION = 8192
+FILTER, LENS, CHOICE, LIGHT, LOBE = range(5)  # sets of numbers that are spread evenly over pixels
+LATTICE_X, LATTICE_Y = 0.7548776662466927, 0.5698402909980532  # 1 / g, 1 / g^2 with g^3 = g + 1 [Roberts 2018, R2]
+
 
 class EyePaths(NamedTuple):
     """Eye paths in flight."""
@@ -17,6 +22,7 @@ class EyePaths(NamedTuple):
     d: np.ndarray  # (n, 3) f32, unit
     beta: np.ndarray  # (n, 3) f32, throughput
     key: np.ndarray  # (n,) u64, random numbers
+    place: np.ndarray  # (n,) i64, the pixel's in Morton's order; -1: a way besides the pixel's main path
     pixel: np.ndarray  # (n,) i32, index into the tile
     width: np.ndarray  # (n,) f32, radius of half a pixel's footprint at o [m]
     spread: np.ndarray  # (n,) f32, its growth per metre
@@ -36,6 +42,7 @@ class VisiblePoints(NamedTuple):
     wo: np.ndarray  # (m, 3) f32
     beta: np.ndarray  # (m, 3) f32, throughput over the probability of ending here
     key: np.ndarray  # (m,) u64
+    u: np.ndarray  # (m, 6) f64, numbers in [0, 1): which light, where on it (2), which lobe, where in it (2)
     pixel: np.ndarray  # (m,) i32
     footprint: np.ndarray  # (m,) f32, radius of a pixel on the surface [m]
     inside: np.ndarray  # (m,) i64, as in EyePaths, on the side that is seen
@@ -68,15 +75,16 @@ class EyeRules(NamedTuple):
     holdout: np.ndarray  # (instances,) bool, a hole in the picture where the camera sees it straight
     forward: np.ndarray  # (3,) f64, view axis
     eye: np.ndarray  # (3,) f64, the camera's position, recentred [m]
+    key: np.uint64 = np.uint64(0)  # of the pass
 
 
 def empty_paths(n: int, media: bool = False, trails: bool = False) -> EyePaths:
     """Room for n eye paths from the camera; media: where something absorbs; trails: where a material asks."""
     f3 = [np.empty((n, 3), np.float32) for _ in range(3)]
     f1 = [np.empty(n, np.float32) for _ in range(3)]
-    key, pixel = np.empty(n, np.uint64), np.empty(n, np.int32)
+    key, place, pixel = np.empty(n, np.uint64), np.empty(n, np.int64), np.empty(n, np.int32)
     flags = (np.empty(n, bool), np.empty(n, np.uint8), np.empty(n, bool))
-    return EyePaths(*f3, key, pixel, *f1, *flags, no_bits(n, media), no_trails(n, trails), no_sky())
+    return EyePaths(*f3, key, place, pixel, *f1, *flags, no_bits(n, media), no_trails(n, trails), no_sky())
 
 
 def no_sky() -> np.ndarray:
@@ -103,6 +111,7 @@ def empty_points(n: int, media: bool = False, trails: bool = False) -> VisiblePo
         np.empty((n, 3), np.float32),
         np.empty((n, 3), np.float32),
         np.empty(n, np.uint64),
+        np.empty((n, 6)),
         np.empty(n, np.int32),
         np.empty(n, np.float32),
         no_bits(n, media),

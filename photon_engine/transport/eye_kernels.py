@@ -8,77 +8,22 @@ from ..bsdf.layering import IDEAL
 from ..bsdf.layout import CLASS_NULL, CLASS_ROUGH, CLASS_SHARP, HOLDOUT, NONE, ROUGHNESS, TRANSPARENT
 from ..bsdf.split import is_fork, sample_side, sides, straight_through
 from ..bsdf.surface import emission, prepare, sample
-from ..camera.rays import generate_ray
 from ..film.passes import BACKGROUND_DEPTH
 from ..geometry.surface import leave, surface_point
 from ..jit import kernel
 from ..lights.sample import lamps_along_ray, suns_along_ray, world_radiance
+from ..sampling.even import even_pair
 from ..sampling.rng import DIMENSIONS_PER_BOUNCE, path_key, uniform
 from ..shading.trail import GLOSSY, SINGULAR, bounced, passed
 from ..vec import add, dot, load3, luminance, madd, max3, mul, scale, store3
+from .eye_batch import CHOICE, DIRECT_DIMENSION, LIGHT, LOBE, SECOND_DIMENSION
 from .media import after_surface
 from .photon_kernels import choose_class
 
 LEAST_SHARE = 1.0 / 32.0  # of a pixel: a way that carries less is worth its rays only now and then
-LATTICE_X, LATTICE_Y = 0.7548776662466927, 0.5698402909980532  # 1 / g, 1 / g^2 with g^3 = g + 1 [Roberts 2018, R2]
-FURTHER = 1 << 20  # keys of a pixel's further paths; forks take the first numbers
 WIDEST = 1e3  # growth of a footprint per metre; a ray that spreads so sees all
 NO_DEPTH = 0.9 * BACKGROUND_DEPTH
 UNCLIPPED = 1e30  # [m]
-
-
-@kernel
-def camera_rays(camera, key, region, first, splits, paths):
-    """Eye paths of pixels first, first + stride, ... of a region, row by row.
-
-    region : (x0, y0, width, full width of the frame, stride) [px];  splits : at how many forks a path goes every way
-    """
-    for i in range(len(paths.key)):
-        x, y = _pixel_at(region, first + i * region[4])
-        k = path_key(key, y * region[3] + x)
-        ray = generate_ray(camera, x, y, uniform(k, 0), uniform(k, 1), uniform(k, 2), uniform(k, 3))
-        _begin(paths, i, k, i, ray, splits)
-
-
-@kernel
-def further_rays(camera, key, region, pixels, splits, paths):
-    """Eye paths of chosen pixels besides those of `camera_rays`, each number of which all pixels have: row by row.
-
-    pixels : (m,) i64 of the region; path i is of pixels[i % m]. Its point of the pixel belongs to a lattice about that
-    of `camera_rays`, so that all of them cover the pixel evenly while each is distributed as a single one.
-    """
-    for i in range(len(paths.key)):
-        m = i % len(pixels)
-        x, y = _pixel_at(region, pixels[m])
-        first = path_key(key, y * region[3] + x)
-        number = 1 + i // len(pixels)
-        u0 = (uniform(first, 0) + number * LATTICE_X) % 1.0
-        u1 = (uniform(first, 1) + number * LATTICE_Y) % 1.0
-        k = path_key(first, FURTHER + number)
-        _begin(paths, i, k, m, generate_ray(camera, x, y, u0, u1, uniform(k, 2), uniform(k, 3)), splits)
-
-
-@kernel
-def _pixel_at(region, index):
-    """Place in the full frame of a region's pixel, counted row by row."""
-    return region[0] + index % region[2], region[1] + index // region[2]
-
-
-@kernel
-def _begin(paths, i, key, pixel, ray, splits):
-    """Write path i: along a ray of `generate_ray`, for a pixel of the tile."""
-    o, d, t_near, t_far, spread, width = ray
-    store3(paths.o, i, madd(o, t_near, d))
-    store3(paths.d, i, d)
-    store3(paths.beta, i, (1.0, 1.0, 1.0))
-    paths.key[i] = key
-    paths.pixel[i] = pixel
-    paths.width[i] = width + spread * t_near
-    paths.spread[i] = spread
-    paths.t_max[i] = t_far - t_near
-    paths.bare[i] = True
-    paths.splits[i] = splits
-    paths.unguided[i] = True
 
 
 @kernel
@@ -185,7 +130,9 @@ def eye_step(laws, rules, lights, surfaces, paths, bounce, onward, points, tile)
         if weights[0] + weights[1] + weights[2] <= 0.0:
             continue
         if paths.splits[i] > 0 and is_fork(surfaces.rows.kind[surfaces.row[i]], surfaces.scratch, weights):
-            alive, ended = _take_all(laws, surfaces, paths, i, bounce, frame, weights, onward, alive, points, ended)
+            alive, ended = _take_all(
+                laws, rules, surfaces, paths, i, bounce, frame, weights, onward, alive, points, ended
+            )
         else:
             alive, ended = _take_one(
                 laws, rules, surfaces, paths, i, bounce, frame, weights, onward, alive, points, ended, tile
@@ -204,7 +151,7 @@ def _take_one(laws, rules, surfaces, paths, i, bounce, frame, weights, onward, a
     if paths.bare[i] and cls != CLASS_NULL:
         _depth(rules, paths.pixel[i], p, tile)
     if cls == CLASS_ROUGH:
-        _end(points, ended, surfaces, paths, i, frame, scale(beta, 1.0 / p_class))
+        _end(rules, points, ended, surfaces, paths, i, frame, scale(beta, 1.0 / p_class))
         return alive, ended + 1
     u = (u0, uniform(key, dim + 1), uniform(key, dim + 2))
     ok, wi, weight, pdf_w, eta = sample(
@@ -225,7 +172,7 @@ def _take_one(laws, rules, surfaces, paths, i, bounce, frame, weights, onward, a
 
 
 @kernel
-def _take_all(laws, surfaces, paths, i, bounce, frame, weights, onward, alive, points, ended):
+def _take_all(laws, rules, surfaces, paths, i, bounce, frame, weights, onward, alive, points, ended):
     """All ways that lead on from a hit, each with its own weight: none of the noise of a pick. Out: as of `eye_step`.
 
     A way that carries little goes on by Russian roulette. Every way has random numbers of its own.
@@ -236,7 +183,7 @@ def _take_all(laws, surfaces, paths, i, bounce, frame, weights, onward, alive, p
     beta, key = load3(paths.beta, i), paths.key[i]
     lit = kept(max3(beta) * weights[2], key, dim)
     if lit > 0.0:
-        _end(points, ended, surfaces, paths, i, frame, scale(beta, lit))
+        _end(rules, points, ended, surfaces, paths, i, frame, scale(beta, lit))
         ended += 1
     for k in range(rows.kind.shape[1]):
         kind = rows.kind[row, k]
@@ -256,6 +203,7 @@ def _take_all(laws, surfaces, paths, i, bounce, frame, weights, onward, alive, p
                 way = (cls, wi, eta, scale(out, s), weights[2] > 0.0, smooth)
                 _go_on(laws, surfaces, paths, i, frame, way, onward, alive)
                 onward.key[alive] = fresh
+                onward.place[alive] = -1
                 onward.splits[alive] = paths.splits[i] - 1
                 alive += 1
     return alive, ended
@@ -320,13 +268,17 @@ def _look(laws, rules, surfaces, paths, i, frame, tile):
 
 
 @kernel
-def _end(points, m, surfaces, paths, i, frame, beta):
+def _end(rules, points, m, surfaces, paths, i, frame, beta):
     """Write visible point m: path i ends at its hit, with the throughput beta."""
     _, _, ng, wo = frame
     points.hit[m] = i
     store3(points.wo, m, wo)
     store3(points.beta, m, beta)
     points.key[m] = paths.key[i]
+    if paths.place[i] >= 0:
+        _draw_evenly(points, m, rules.key, paths.place[i])
+    else:
+        draw(points, m)
     points.pixel[m] = paths.pixel[i]
     stretch = 2.0 / math.sqrt(max(abs(dot(wo, ng)), 0.1))
     points.footprint[m] = _width(surfaces, paths, i) * stretch
@@ -334,6 +286,23 @@ def _end(points, m, surfaces, paths, i, frame, beta):
         points.inside[m] = paths.inside[i]
     if len(points.trail):
         points.trail[m] = paths.trail[i]
+
+
+@kernel
+def _draw_evenly(points, m, key, place):
+    """Numbers of visible point m, spread evenly over pixels: a pixel has one point on its main path."""
+    points.u[m, 0], points.u[m, 3] = even_pair(key, place, CHOICE)
+    points.u[m, 1], points.u[m, 2] = even_pair(key, place, LIGHT)
+    points.u[m, 4], points.u[m, 5] = even_pair(key, place, LOBE)
+
+
+@kernel
+def draw(points, m):
+    """Numbers of visible point m, from its key."""
+    key = points.key[m]
+    for k in range(3):
+        points.u[m, k] = uniform(key, DIRECT_DIMENSION + k)
+        points.u[m, 3 + k] = uniform(key, SECOND_DIMENSION + k)
 
 
 @kernel
@@ -363,6 +332,7 @@ def _go_on(laws, surfaces, paths, i, frame, way, onward, to):
     # the camera's far clipping is of what it sees straight, not of what is mirrored
     onward.t_max[to] = paths.t_max[i] - surfaces.t[i] if cls == CLASS_NULL else UNCLIPPED
     onward.key[to] = paths.key[i]
+    onward.place[to] = paths.place[i]
     onward.pixel[to] = paths.pixel[i]
     onward.bare[to] = paths.bare[i] and cls == CLASS_NULL
     onward.splits[to] = paths.splits[i]

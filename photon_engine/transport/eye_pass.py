@@ -11,6 +11,7 @@ import numpy as np
 
 from ..photons.batch import head
 from ..photons.map import PhotonMap
+from .camera_kernels import camera_rays, further_rays
 from .clearing import find_clearings
 from .clipping import no_clearings
 from .clock import Clock
@@ -24,7 +25,7 @@ from .direct_kernels import (
 )
 from .emission import multiply_radiance
 from .eye_batch import EyePaths, Tile, VisiblePoints, empty_paths, empty_points, empty_tile
-from .eye_kernels import camera_rays, eye_step, further_rays
+from .eye_kernels import eye_step
 from .gather_kernels import Lookup, Radius, gather
 from .lamp_nodes import meet_lamps, multiply_nodes, see_lamps
 from .lobes import ALL, NARROW, WIDE, most_lobe_rays
@@ -53,6 +54,7 @@ class EyeRun(NamedTuple):
     key: int  # random numbers
     max_bounces: int
     splits: int  # at how many forks an eye path goes every way
+    paths: int  # from the camera through each pixel
     light_samples: int  # 0: no direct light
     caustics: bool  # whether caustics are gathered at visible points, not only behind final gathers
     lobe_rays: int  # from a narrow lobe, one from others; 0: none can meet a light or gather
@@ -72,9 +74,9 @@ def render_tiles(
     return sum(pool.map(partial(_render_tile, scene, run, maps, picture, cancelled), starts))
 
 
-def region_of(frame, stride: int = 1) -> np.ndarray:
-    """The region as camera_rays takes it; stride: of the pixels that are drawn."""
-    return np.array([frame.x0, frame.y0, frame.x1 - frame.x0, frame.width, stride], np.int64)
+def region_of(frame, stride: int = 1, path: int = 0, paths: int = 1) -> np.ndarray:
+    """The region as camera_rays takes it; stride: of the pixels that are drawn; path: which of their `paths`."""
+    return np.array([frame.x0, frame.y0, frame.x1 - frame.x0, frame.width, stride, path, paths], np.int64)
 
 
 def room_for(scene: RenderScene, splits: np.ndarray) -> int:
@@ -83,19 +85,34 @@ def room_for(scene: RenderScene, splits: np.ndarray) -> int:
 
 
 def _render_tile(scene: RenderScene, run: EyeRun, maps: Maps, picture: Tile, cancelled, first: int) -> int:
-    """One run of pixels."""
+    """One run of pixels, the mean of all paths through them."""
     tile = Tile(*(field[first : first + PIXELS_AT_ONCE] for field in picture))
+    rays = _render_paths(scene, run, maps, tile, cancelled, first, 0)
+    for k in range(1, run.paths):
+        more = empty_tile(len(tile.alpha), scene.plan.guides.runs)
+        rays += _render_paths(scene, run, maps, more, cancelled, first, k)
+        for total, part in zip(tile, more, strict=True):
+            total += part
+    if run.paths > 1:
+        for total in tile:
+            total *= np.float32(1.0 / run.paths)
+    return rays
+
+
+def _render_paths(scene: RenderScene, run: EyeRun, maps: Maps, tile: Tile, cancelled, first: int, k: int) -> int:
+    """The k-th path through each pixel of a run of them; out: rays traced."""
     n = len(tile.alpha)
+    region = region_of(scene.frame, 1, k, run.paths)
     paths = empty_paths(n, scene.absorbs, scene.trails)
     paths.inside[:] = scene.camera_inside
-    camera_rays(scene.camera, run.key, region_of(scene.frame), first, run.splits, paths)
+    camera_rays(scene.camera, run.key, region, first, run.splits, paths)
     paths.unguided[:] = scene.plan.guides.runs
     tile.depth[:] = BACKGROUND_DEPTH
     light = partial(_light_points, scene, run, maps)
     rays = follow(scene, run, paths, tile, cancelled, lambda surfaces, points: light(surfaces, points, tile, 0))
     edges = np.flatnonzero(run.lamp_edges[first : first + n])
     if len(edges) and not cancelled():
-        rays += _see_edges(scene, run, tile, edges, first, cancelled)
+        rays += _see_edges(scene, run, region, tile, edges, first, cancelled)
     return rays
 
 
@@ -109,6 +126,7 @@ def follow(
 ) -> int:
     """Carry eye paths to their ends; light(surfaces, points) is called for the visible points; out: rays traced."""
     rays = 0
+    rules = scene.rules._replace(key=run.key)
     for bounce in range(run.max_bounces):
         if cancelled():
             break
@@ -121,9 +139,7 @@ def follow(
             paths = paths._replace(sky=scene.sky_seen(surfaces, paths.d, paths.trail))
             see_lamps(scene, surfaces, paths, tile)
             onward = empty_paths(room_for(scene, paths.splits), scene.absorbs, scene.trails)
-            n, ended = eye_step(
-                scene.laws, scene.rules, scene.seen_lights, surfaces, paths, bounce, onward, points, tile
-            )
+            n, ended = eye_step(scene.laws, rules, scene.seen_lights, surfaces, paths, bounce, onward, points, tile)
         if ended:
             rays += light(surfaces, head(points, ended))
         paths = head(onward, n)
@@ -142,12 +158,14 @@ def straight_on(paths: EyePaths) -> EyePaths:
     return EyePaths(*(field[index] if len(field) else field for field in paths))
 
 
-def _see_edges(scene: RenderScene, run: EyeRun, tile: Tile, edges: np.ndarray, first: int, cancelled) -> int:
+def _see_edges(
+    scene: RenderScene, run: EyeRun, region: np.ndarray, tile: Tile, edges: np.ndarray, first: int, cancelled
+) -> int:
     """Emission of some pixels of a tile as the mean over further paths too; out: rays traced."""
     seen = empty_tile(len(edges), False)
     paths = empty_paths(len(edges) * run.further, scene.absorbs, scene.trails)
     paths.inside[:] = scene.camera_inside
-    further_rays(scene.camera, run.key, region_of(scene.frame), edges + first, run.splits, paths)
+    further_rays(scene.camera, run.key, region, edges + first, run.splits, paths)
     paths.unguided[:] = False
     rays = follow(scene, run, paths, seen, cancelled, lambda surfaces, points: 0)
     tile.emission[edges] = (tile.emission[edges] + seen.emission) / (1 + run.further)

@@ -16,9 +16,9 @@ import numpy as np
 
 from ..sampling.rng import STREAM_PILOT, make_key
 from ..settings import Settings
+from .camera_kernels import camera_rays
 from .clock import Clock
 from .eye_batch import empty_paths, empty_tile
-from .eye_kernels import camera_rays
 from .eye_pass import PIXELS_AT_ONCE, EyeRun, follow, region_of
 from .render_scene import RenderScene
 
@@ -39,7 +39,7 @@ def find_edges(
         return nothing, 0
     key = make_key(settings.seed, EDGES, STREAM_PILOT)
     bounces, splits = settings.max_bounces, settings.splits
-    run = EyeRun(key, bounces, splits, 0, False, 0, False, False, 0.0, nothing, 0, Clock())  # nothing is lit
+    run = EyeRun(key, bounces, splits, 1, 0, False, 0, False, False, 0.0, nothing, 0, Clock())  # nothing is lit
     looks = pool.map(partial(_look, scene, run, len(nothing), cancelled), range(0, len(nothing), PIXELS_AT_ONCE))
     edges = at_edge(np.concatenate(list(looks)).reshape(height, width)).ravel()
     count = int(edges.sum())

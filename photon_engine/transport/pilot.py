@@ -21,8 +21,9 @@ from ..photons.batch import head
 from ..photons.radius import neighbour_radius
 from ..sampling.rng import STREAM_PILOT, make_key
 from ..settings import Settings
+from .camera_kernels import camera_rays
 from .eye_batch import empty_paths, empty_points, empty_tile
-from .eye_kernels import camera_rays, eye_step
+from .eye_kernels import eye_step
 from .eye_pass import region_of
 from .photon_pass import PhotonRun, trace_photons
 from .photon_rules import CAUSTIC, DIFFUSE

@@ -168,6 +168,7 @@ class Renderer:
             make_key(self.settings.seed, i, STREAM_EYE),
             self.settings.max_bounces,
             self.settings.splits,
+            plan.more_paths.count,
             self.settings.light_samples if plan.direct and group == 0 else 0,
             plan.caustic_points.runs,
             min(self.settings.light_samples, MOST_LOBE_RAYS) if plan.lobe_rays and (group == 0 or gathers) else 0,

@@ -15,8 +15,8 @@ from ..sampling.mis import power_heuristic
 from ..sampling.rng import DIMENSIONS_PER_BOUNCE, path_key, uniform
 from ..shading.trail import GLOSSY, SINGULAR, bounced, passed
 from ..vec import add, dot, length, load3, max3, mul, scale, store3, sub
-from .direct_kernels import SECOND_DIMENSION
-from .eye_kernels import add3, kept
+from .eye_batch import SECOND_DIMENSION
+from .eye_kernels import add3, draw, kept
 from .lobes import has_narrow
 from .media import after_surface
 from .photon_kernels import choose_class
@@ -130,6 +130,7 @@ def narrow_points(surfaces, landings, generation, points):
         store3(points.wo, count, load3(landings.wo, m))
         store3(points.beta, count, scale(beta, s))
         points.key[count] = key
+        draw(points, count)
         points.pixel[count] = landings.pixel[m]
         points.footprint[count] = landings.footprint[m]
         if len(landings.inside):

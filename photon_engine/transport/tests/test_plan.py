@@ -61,7 +61,7 @@ OTHER_NUMBERS = {"idle_lamps", "sun_rays"}
 RICH = (
     {"floor": "Matte", "wall": "Matte", "pane": "Ink", "lamps": ["Bulb"], "sky": 0.5, "aperture": 0.1, "ghost": True,
      "spare": True},
-    {"final_gather": "ALL", "diffuse_bounces": 64, "max_bounces": 64}, {"Depth"}, True,
+    {"final_gather": "ALL", "diffuse_bounces": 64, "max_bounces": 64, "eye_samples": 2}, {"Depth"}, True,
 )  # fmt: skip
 PLAIN = (
     {"floor": "Matte", "wall": "Polished", "pane": "Painted", "lamps": ["Point"], "sky": 0.0, "aperture": 0.0,
@@ -114,6 +114,7 @@ LEFT_OUT = [
     ("sun_rays", {"lamps": ["Sun"], "sky": 1.0}, {}, "whether Sun is seen, the others go to Sky"),
     ("stray_photons", {}, {}, "miss"),
     ("mirrors", {"pane": "Satin"}, {}, "no specular surface"),
+    ("more_paths", {}, {"eye_samples": 1}, "Camera Paths is 1"),
     ("direct", {"floor": "Glass", "wall": "Mirror"}, {}, "no rough surface"),
     ("lobe_rays", {"lamps": ["Point", "Sun", "Beam"], "wall": "Satin"}, {}, "no ray can meet a light"),
     ("see_through", {}, {}, "every surface stops light"),
@@ -131,6 +132,7 @@ LEFT_OUT = [
 RUNS = [
     ("diffuse_map", {}, {"max_bounces": 1, "final_gather": "ALL"}, "between Matte"),
     ("caustic_map", {}, {}, "Glass may focus light on Matte"),
+    ("more_paths", {}, {"eye_samples": 2}, "Camera Paths is 2"),
     ("diffuse_map", {}, {}, "between Matte"),
     ("direct", {"lamps": ["Point"]}, {}, "Point on Matte"),
     ("direct", {"lamps": [], "pane": "Glow"}, {}, "Glow on Matte"),
@@ -331,7 +333,7 @@ def test_a_picture_alone_costs_its_own_work_only(name, photons, bare):
 
 def test_off_runs_everything_that_can_run():
     whole = plan(scene(floor="Black", wall="Black", pane="Black", lamps=["Sun"]), {"Depth"}, plan=False)
-    unneeded = {"lens", "media", "textures", "gather_all"}  # what the scene is, not what is done; a setting
+    unneeded = {"lens", "media", "textures", "gather_all", "more_paths"}  # what the scene is, and settings
     assert all(getattr(whole, name) for name in LABELS if name not in unneeded)
     assert whole.direct.reason == OFF
     dark = plan(scene(lamps=[]), plan=False)

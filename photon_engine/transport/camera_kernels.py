@@ -1,0 +1,84 @@
+"""Where eye paths begin: one in each pixel, its point of the pixel and of the lens spread evenly over neighbours."""
+
+from __future__ import annotations
+
+from ..camera.rays import generate_ray
+from ..jit import kernel
+from ..sampling.even import even_pair, morton
+from ..sampling.rng import path_key, uniform
+from ..vec import madd, store3
+from .eye_batch import FILTER, LATTICE_X, LATTICE_Y, LENS
+
+FURTHER = 1 << 20  # keys of a pixel's further paths; forks take the first numbers
+ROUND = 1 << 22  # keys of a pixel's paths after the first
+
+
+@kernel
+def camera_rays(camera, key, region, first, splits, paths):
+    """Eye paths of pixels first, first + stride, ... of a region, row by row.
+
+    region : (x0, y0, width, full width of the frame, stride) [px], which path of the pixel, of how many
+    splits : at how many forks a path goes every way
+    """
+    for i in range(len(paths.key)):
+        x, y = _pixel_at(region, first + i * region[4])
+        place = _place(region, x, y)
+        u0, u1 = even_pair(key, place, FILTER)
+        u2, u3 = even_pair(key, place, LENS) if camera.aperture_radius > 0.0 else (0.0, 0.0)
+        _begin(paths, i, _first_key(key, region, x, y), i, generate_ray(camera, x, y, u0, u1, u2, u3), splits)
+        paths.place[i] = place
+
+
+@kernel
+def further_rays(camera, key, region, pixels, splits, paths):
+    """Eye paths of chosen pixels besides those of `camera_rays`, each number of which all pixels have: row by row.
+
+    pixels : (m,) i64 of the region; path i is of pixels[i % m]. Its point of the pixel belongs to a lattice about that
+    of `camera_rays`, so that all of them cover the pixel evenly while each is distributed as a single one.
+    """
+    for i in range(len(paths.key)):
+        m = i % len(pixels)
+        x, y = _pixel_at(region, pixels[m])
+        first = _first_key(key, region, x, y)
+        number = 1 + i // len(pixels)
+        u0, u1 = even_pair(key, _place(region, x, y), FILTER)
+        u0, u1 = (u0 + number * LATTICE_X) % 1.0, (u1 + number * LATTICE_Y) % 1.0
+        k = path_key(first, FURTHER + number)
+        _begin(paths, i, k, m, generate_ray(camera, x, y, u0, u1, uniform(k, 2), uniform(k, 3)), splits)
+
+
+@kernel
+def _pixel_at(region, index):
+    """Place in the full frame of a region's pixel, counted row by row."""
+    return region[0] + index % region[2], region[1] + index // region[2]
+
+
+@kernel
+def _place(region, x, y):
+    """Which even numbers a pixel's path takes: those of one pixel follow each other."""
+    return morton(x, y) * region[6] + region[5]
+
+
+@kernel
+def _first_key(key, region, x, y):
+    """Key of a pixel's path."""
+    first = path_key(key, y * region[3] + x)
+    return first if region[5] == 0 else path_key(first, ROUND + region[5])
+
+
+@kernel
+def _begin(paths, i, key, pixel, ray, splits):
+    """Write path i: along a ray of `generate_ray`, for a pixel of the tile."""
+    o, d, t_near, t_far, spread, width = ray
+    store3(paths.o, i, madd(o, t_near, d))
+    store3(paths.d, i, d)
+    store3(paths.beta, i, (1.0, 1.0, 1.0))
+    paths.key[i] = key
+    paths.place[i] = -1
+    paths.pixel[i] = pixel
+    paths.width[i] = width + spread * t_near
+    paths.spread[i] = spread
+    paths.t_max[i] = t_far - t_near
+    paths.bare[i] = True
+    paths.splits[i] = splits
+    paths.unguided[i] = True
