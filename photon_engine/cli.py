@@ -1,7 +1,8 @@
 """The command line: render, info, extract, merge, report.
 
 Exit codes: 0 done; 1 an unexpected error (a bug); 2 wrong usage; 3 the scene or another input cannot be rendered;
-4 the output cannot be written; 130 cancelled, what was rendered is kept.
+4 the output cannot be written; 130 cancelled, what was rendered is kept. Ended by a signal, 128 and its number for a
+shell: 139 when Blender's reader crashes on a damaged file, which is told.
 """
 
 from __future__ import annotations

@@ -109,8 +109,6 @@ def _report_unsupported(ob: Any, scene: Any, issues: IssueLog) -> None:
     """Settings of the camera and frame that have no effect."""
     if scene.render.use_motion_blur:
         issues.warn(scene.name, "motion blur is not supported yet: the frame is rendered sharp")
-    if scene.render.use_multiview:
-        issues.warn(scene.name, "stereo views are not supported yet: one view is rendered")
 
 
 def extract_frame(scene: Any) -> Frame:

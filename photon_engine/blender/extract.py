@@ -6,6 +6,7 @@ from typing import Any
 
 from ..issues import IssueLog
 from ..scene.data import Graph, Instance, Material, Mesh, Node, SceneData, Socket
+from ..shading.material import compile_material
 from .attributes import instance_attribute, particle_of, view_layer_attribute, wanted_attributes
 from .cameras import extract_camera, extract_frame
 from .compat import DEFAULT_PRINCIPLED
@@ -17,6 +18,8 @@ from .meshes import MeshNeeds, worn_slots
 from .needs import merge_needs, needs_of
 from .node_trees import light_graph, material_graph, world_graph
 from .places import Places
+from .unsupported import report_scene
+from .visibility import FLAGS, grey_graph, hidden_rays, report_hidden, see_through
 from .world import extract_world
 
 NO_MATERIAL = 0  # no data-block has this address
@@ -37,11 +40,12 @@ def extract_scene(
     places = Places()
     data.camera = extract_camera(scene, depsgraph, places, issues, camera)
     data.frame = extract_frame(scene)
+    report_scene(scene, layer, issues)
     extraction = _Extraction(data, scene, layer, issues, keep or Keep())
     for item in visible_occurrences(depsgraph, places, issues):
         extraction.add(item)
     extraction.read_meshes()
-    world = layer.world_override or scene.world
+    world = (layer.world_override or scene.world) if layer.use_sky else None
     graph = world_graph(world, extraction.images, issues) if world is not None else None
     data.world = extract_world(world, graph, issues)
     data.images = extraction.images.images
@@ -59,8 +63,10 @@ class _Extraction:
         self.keep = keep
         self.images = ImageTable(issues, keep)
         self.images.frame = data.frame_number
-        self._materials: dict[int, int] = {}  # address of the material -> index
-        self._unread: set[int] = set()  # addresses of those that nothing wears so far
+        # address of the material, rays that do not see it -> index
+        self._materials: dict[tuple[int, tuple[str, ...]], int] = {}
+        self._unread: set[tuple[int, tuple[str, ...]]] = set()  # those that nothing wears so far
+        self._glowing: set[int] = set()  # materials that should be hidden from some rays, and are not
         self._worn: dict[int, frozenset[int]] = {}  # address of the mesh -> slots that its faces name
         self._light_graphs: dict[int, Graph | None] = {}
         self._meshes: dict[int, int] = {}  # address of the mesh -> index into sources
@@ -71,7 +77,7 @@ class _Extraction:
         block = item.object.data
         if item.object.type == "LIGHT":
             self._add_light(item)
-        elif block is not None and block.rna_type.identifier == "Mesh":
+        elif self.layer.use_solid and block is not None and block.rna_type.identifier == "Mesh":
             self._add_mesh(item)
 
     def _add_light(self, item: Occurrence) -> None:
@@ -88,7 +94,10 @@ class _Extraction:
         block = item.object.data
         slots = slot_materials(item.object, self.layer.material_override) or [None]
         worn = self._worn_slots(block, len(slots))
-        materials = [self._material(material, slot in worn) for slot, material in enumerate(slots)]
+        rays = hidden_rays(item.object, item.parent)
+        hidden = tuple(ray for ray in rays if ray in FLAGS)
+        materials = [self._material(material, slot in worn, hidden) for slot, material in enumerate(slots)]
+        report_hidden(item.object.name, rays, not self._glowing.isdisjoint(materials), self.issues)
         # instances of one mesh share it whatever their materials; the mesh must serve the needs of all of them
         index = self._meshes.setdefault(block.as_pointer(), len(self._sources))
         if index == len(self._sources):
@@ -116,14 +125,15 @@ class _Extraction:
             self._worn[key] = worn_slots(block)
         return frozenset(min(slot, count - 1) for slot in self._worn[key])
 
-    def _material(self, material: Any | None, worn: bool) -> int:
+    def _material(self, material: Any | None, worn: bool, hidden: tuple[str, ...]) -> int:
         """Index of a material's graph; for an empty slot that of Blender's default, -1 when it is grey Lambert.
 
-        One that no face wears has its name only: neither its nodes nor its images are read.
+        One that no face wears has its name only: neither its nodes nor its images are read. hidden : kinds of ray
+        that do not see the object, to which it is transparent
         """
         if material is None:
-            return self._default_material() if DEFAULT_PRINCIPLED and worn else -1
-        key = material.as_pointer()
+            return self._default_material(hidden) if worn and (DEFAULT_PRINCIPLED or hidden) else -1
+        key = material.as_pointer(), hidden
         if key not in self._materials:
             self._materials[key] = len(self.data.materials)
             self._unread.add(key)
@@ -133,8 +143,17 @@ class _Extraction:
             graph = material_graph(material, self.images, self.issues)
             self._fill_in(graph, material)
             method = getattr(material, "displacement_method", "BUMP")
-            self.data.materials[self._materials[key]] = Material(material.name, graph, method)
+            index = self._materials[key]
+            self.data.materials[index] = Material(material.name, graph, method)
+            if hidden and self._glows(index):
+                self._glowing.add(index)
+            else:
+                self.data.materials[index] = Material(material.name, see_through(graph, hidden), method)
         return self._materials[key]
+
+    def _glows(self, index: int) -> bool:
+        """Whether a material may give light: what samples it has no kind of ray."""
+        return compile_material(self.data.materials[index], self.images.images, IssueLog()).emits
 
     def _fill_in(self, graph: Graph, material: Any) -> None:
         """What nodes ask that is known here: properties of the view layer, the material's index."""
@@ -145,14 +164,15 @@ class _Extraction:
             elif node.type == "ShaderNodeObjectInfo":
                 node.props["material_index"] = material.pass_index
 
-    def _default_material(self) -> int:
-        """Index of a Principled BSDF with default values."""
-        if NO_MATERIAL not in self._materials:
-            self._materials[NO_MATERIAL] = len(self.data.materials)
+    def _default_material(self, hidden: tuple[str, ...]) -> int:
+        """Index of a Principled BSDF with default values, of grey Lambert in Blender 4.5."""
+        key = NO_MATERIAL, hidden
+        if key not in self._materials:
+            self._materials[key] = len(self.data.materials)
             node = Node("ShaderNodeBsdfPrincipled", "Principled BSDF", output_kinds={"BSDF": "SHADER"})
-            graph = Graph([node], Socket(node=0, output="BSDF", kind="SHADER"))
-            self.data.materials.append(Material("(no material)", graph))
-        return self._materials[NO_MATERIAL]
+            graph = Graph([node], Socket(node=0, output="BSDF", kind="SHADER")) if DEFAULT_PRINCIPLED else grey_graph()
+            self.data.materials.append(Material("(no material)", see_through(graph, hidden)))
+        return self._materials[key]
 
     def read_meshes(self) -> None:
         """Read every mesh that an instance shows, and drop those without faces together with their instances."""

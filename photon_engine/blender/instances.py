@@ -11,6 +11,7 @@ from ..issues import IssueLog
 from ..scene.data import Instance
 from .lights import report_light_linking
 from .places import Places
+from .unsupported import report_object
 
 # geometry that does not become a mesh, as users know it
 UNSUPPORTED = {
@@ -92,7 +93,7 @@ def make_instance(
         visible["camera"] = False
     if not any(visible.values()):
         return None
-    _report_unsupported(name, ob, visible, issues)
+    report_object(ob, name, issues)
     report_light_linking(ob, issues)
     return Instance(
         mesh=mesh,
@@ -107,17 +108,6 @@ def make_instance(
         visible_shadow=visible["shadow"],
         terminator_offset=ob.shadow_terminator_geometry_offset,
     )
-
-
-def _report_unsupported(name: str, ob: Any, visible: dict[str, bool], issues: IssueLog) -> None:
-    """Flags of an object that have no effect."""
-    hidden = [ray for ray in ("diffuse", "glossy", "transmission") if not visible[ray]]
-    if hidden:
-        issues.warn(name, f"Ray Visibility > {', '.join(hidden)} is not supported: such rays see it")
-    if ob.shadow_terminator_shading_offset != 0.0:
-        issues.warn(name, "Shadow Terminator > Shading Offset is not supported: it has no effect")
-    if ob.is_shadow_catcher:
-        issues.warn(name, "shadow catchers are not supported yet: it is rendered as an ordinary object")
 
 
 def slot_materials(ob: Any, override: Any | None) -> list[Any | None]:

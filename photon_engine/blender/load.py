@@ -21,6 +21,7 @@ from .extract import extract_scene
 from .keep import Keep
 from .properties import register as register_properties
 from .properties import settings_from
+from .unsupported import report_afterwards
 
 
 class Options(NamedTuple):
@@ -72,6 +73,7 @@ class OpenBlend:
         self.scene = bpy.context.scene
         self.default_layer = bpy.context.view_layer
         report_missing(issues)
+        report_afterwards(self.scene, issues)
         self.scene.render.use_persistent_data = True  # Blender keeps what it evaluated from frame to frame
 
     def __enter__(self) -> OpenBlend:

@@ -6,7 +6,8 @@ from typing import Any
 
 from ..issues import IssueLog
 from ..scene.data import Graph, World
-from .lights import constant_emission
+from .lights import MOST_BOUNCES, constant_emission
+from .visibility import dark
 
 
 def extract_world(world: Any | None, graph: Graph | None, issues: IssueLog) -> World:
@@ -14,6 +15,8 @@ def extract_world(world: Any | None, graph: Graph | None, issues: IssueLog) -> W
     if world is None or graph is None:
         return World()
     _report_unsupported(world, graph, issues)
+    if not _sees(world, "camera"):
+        graph = dark(graph, ("camera",))
     color = constant_emission(graph, world.name, issues)
     return World(name=world.name, graph=graph, color=(0.0, 0.0, 0.0) if color is None else color)
 
@@ -22,10 +25,14 @@ def _report_unsupported(world: Any, graph: Graph, issues: IssueLog) -> None:
     """Settings of the world that have no effect."""
     if graph.volume is not None:
         issues.warn(world.name, "world volumes are not supported yet: the air is clear")
-    visibility = getattr(world, "cycles_visibility", None)
-    hidden = [
-        ray for ray in ("camera", "diffuse", "glossy", "transmission")
-        if visibility is not None and not getattr(visibility, ray, True)
-    ]  # fmt: skip
+    hidden = [ray for ray in ("diffuse", "glossy", "transmission") if not _sees(world, ray)]
     if hidden:
-        issues.warn(world.name, f"Ray Visibility > {', '.join(hidden)} is not supported: the world is seen by all rays")
+        issues.warn(world.name, f"Ray Visibility > {', '.join(hidden)} is not supported: such rays see the world")
+    cycles = getattr(world, "cycles", None)
+    if cycles is not None and getattr(cycles, "max_bounces", MOST_BOUNCES) < MOST_BOUNCES:
+        issues.warn(world.name, "the world's own Max Bounces is not supported: Light Paths > Bounces applies")
+
+
+def _sees(world: Any, ray: str) -> bool:
+    """Ray Visibility of the world, a setting of Cycles."""
+    return getattr(getattr(world, "cycles_visibility", None), ray, True)
