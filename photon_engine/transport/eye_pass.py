@@ -26,9 +26,10 @@ from .direct_kernels import (
 from .emission import multiply_radiance
 from .eye_batch import EyePaths, Tile, VisiblePoints, empty_paths, empty_points, empty_tile
 from .eye_kernels import eye_step
-from .gather_kernels import Lookup, Radius, gather
+from .gather_kernels import gather
 from .lamp_nodes import meet_lamps, multiply_nodes, see_lamps
 from .lobes import ALL, NARROW, WIDE, most_lobe_rays
+from .near_kernels import Radius, look_up
 from .photon_kernels import Surfaces
 from .render_scene import BACKGROUND_DEPTH, RenderScene
 from .second_kernels import narrow_points, second_step
@@ -194,10 +195,10 @@ def _light_points(
             rays += more
     with run.clock("gather"):
         if caustic is not None:
-            lookup = Lookup(caustic, maps.caustic_radius, clearings)
+            lookup = look_up(caustic, maps.caustic_radius, clearings)
             gather(scene.laws, surfaces, points, lookup, lobes, tile.caustic, tile.caustic_bias)
         if maps.diffuse is not None and not direct_only:
-            lookup = Lookup(maps.diffuse, maps.diffuse_radius, clearings)
+            lookup = look_up(maps.diffuse, maps.diffuse_radius, clearings)
             wide = WIDE if run.gather_narrow else ALL
             gather(scene.laws, surfaces, points, lookup, wide, tile.diffuse, tile.diffuse_bias)
     if run.lobe_rays:
@@ -282,7 +283,7 @@ def _light_landings(
     with run.clock("gather"):
         for photons in (maps.first, maps.diffuse):
             if photons is not None:
-                lookup = Lookup(photons, maps.diffuse_radius, clearings)
+                lookup = look_up(photons, maps.diffuse_radius, clearings)
                 gather(scene.laws, surfaces, landings, lookup, lobes, tile.diffuse, tile.diffuse_bias)
     if not lit:
         return rays

@@ -3,38 +3,20 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 from ..bsdf.frame import shading_ratio
 from ..bsdf.layering import is_lambert
 from ..bsdf.surface import eval_rough, prepare
 from ..geometry.surface import surface_point
 from ..jit import inlined, kernel
-from ..photons.map import PhotonMap, cell_index, row_hash
+from ..photons.map import cell_index
 from ..photons.packing import body, touches, unpack_direction, unpack_facet
-from ..vec import dot, load3, mul, normalize, scale
+from ..vec import add, dot, load3, mul, normalize, scale
 from .clearing_kernels import SAME_SURFACE
-from .clipping import LEAST_SHARE, Clearings, beyond, free_shares, lines_near
+from .clipping import LEAST_SHARE, beyond, free_shares, lines_near
 from .eye_kernels import add3
 from .lobes import keep_lobes
-
-MOST_RISE = 0.25 + 1e-3  # squared sine of 30 degrees, and rounding
-
-
-class Radius(NamedTuple):
-    """How far to look for photons in this pass."""
-
-    pixels: float  # times the footprint of a pixel
-    least: float  # whatever the pixel [m]
-    bound: float  # at most [m]
-
-
-class Lookup(NamedTuple):
-    """Where a batch of visible points finds its photons."""
-
-    photons: PhotonMap
-    radius: Radius
-    clearings: Clearings  # which of them count
+from .near_kernels import MOST_FOUND, flux_near, in_row, is_stacked, parts_of_row, run_of_cells, scan
 
 
 @kernel
@@ -71,7 +53,7 @@ def gather(laws, surfaces, points, lookup, lobes, picture, bias):
         if is_lambert(rows, row) and geometry.normal_row[surfaces.prim[i]] < 0:
             lit = ng if dot(wo, ng) >= 0.0 else scale(ng, -1.0)
             own = body(dot(wo, ng) >= 0.0, instance)
-            flux, smear = flux_on_plane(p, lit, own, photons, r, cut_at(clearings, m, p, ng, r))
+            flux, smear = flux_on_plane(p, lit, own, photons, r, cut_at(clearings, m, p, ng, r), lookup.near)
             albedo = scale(load3(rows.params[row], 0), 1.0 / math.pi)
             total, smear = mul(albedo, flux), mul(albedo, smear)
         else:
@@ -98,35 +80,6 @@ def cut_at(clearings, m, p, n, r):
 
 
 @inlined
-def run_of_cells(photons, iy, iz, x0, count, part):
-    """Photons [first, last) of a row of cells from x0 on; a row that wraps round the table has a second part."""
-    size = len(photons.start) - 1
-    count = min(count, size)
-    b = (row_hash(iy, iz) + x0) & (size - 1)
-    if part == 0:
-        return photons.start[b], photons.start[min(b + count, size)]
-    return 0, photons.start[max(min(b + count - size, size), 0)]
-
-
-@inlined
-def in_row(q, cell, iy, iz, x0, x1):
-    """Whether a photon lies in the row of cells that is being read, not in another one with the same hash."""
-    return cell_index(q[1], cell) == iy and cell_index(q[2], cell) == iz and x0 <= cell_index(q[0], cell) <= x1
-
-
-@inlined
-def is_stacked(n, facet, offset, d2):
-    """Whether a facet lies above or below the point's own surface, not on what continues it.
-
-    Along an arc, and along a crease of up to 60 degrees seen from its edge, the chord is at most 30 degrees off being
-    perpendicular to the sum of the normals (unit vectors).
-    """
-    x, y, z = n[0] + facet[0], n[1] + facet[1], n[2] + facet[2]
-    rise = x * offset[0] + y * offset[1] + z * offset[2]
-    return rise * rise > MOST_RISE * d2 * (x * x + y * y + z * z)
-
-
-@inlined
 def with_bias(total, moment, r2, share, share4):
     """The estimate with K, and its difference to that with K_4; from sums of (1 - x^2) phi and x^2 (1 - x^2) phi.
 
@@ -140,7 +93,7 @@ def with_bias(total, moment, r2, share, share4):
 
 
 @kernel
-def flux_on_plane(p, n, own, photons, r, cut):
+def flux_on_plane(p, n, own, photons, r, cut, near):
     """Flux per area (rgb) on the side n of the plane through p, and its bias: `estimate` of Lambert of albedo pi.
 
     own : packing.body of that side;  cut : see `cut_at`.
@@ -149,35 +102,20 @@ def flux_on_plane(p, n, own, photons, r, cut):
     cell = photons.cell
     x0, x1 = cell_index(p[0] - r, cell), cell_index(p[0] + r, cell)
     check = photons.clash or r > cell
-    red, green, blue = 0.0, 0.0, 0.0
-    red2, green2, blue2 = 0.0, 0.0, 0.0
-    r2 = r * r
+    total, moment, found = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0
     for iz in range(cell_index(p[2] - r, cell), cell_index(p[2] + r, cell) + 1):
         for iy in range(cell_index(p[1] - r, cell), cell_index(p[1] + r, cell) + 1):
-            for part in range(2):
+            for part in range(parts_of_row(photons, iy, iz, x0, x1 - x0 + 1)):
                 first, last = run_of_cells(photons, iy, iz, x0, x1 - x0 + 1, part)
-                for j in range(first, last):
-                    q = load3(photons.position, j)
-                    dx, dy, dz = q[0] - p[0], q[1] - p[1], q[2] - p[2]
-                    d2 = dx * dx + dy * dy + dz * dz
-                    if d2 >= r2 or (check and not in_row(q, cell, iy, iz, x0, x1)):
-                        continue
-                    if count and beyond(lines, count, dx, dy, dz):
-                        continue
-                    facet = unpack_facet(photons.normal[j])
-                    c = dot(facet, n)
-                    size2 = dot(facet, facet)
-                    if c <= 0.0 or c * c < SAME_SURFACE * SAME_SURFACE * size2:
-                        continue
-                    if is_stacked(n, scale(facet, 1.0 / math.sqrt(size2)), (dx, dy, dz), d2):
-                        continue
-                    if touches(photons.normal[j], own):
-                        continue
-                    x2 = d2 / r2
-                    flux = scale(load3(photons.flux, j), 1.0 - x2)
-                    red, green, blue = red + flux[0], green + flux[1], blue + flux[2]
-                    red2, green2, blue2 = red2 + x2 * flux[0], green2 + x2 * flux[1], blue2 + x2 * flux[2]
-    return with_bias((red, green, blue), (red2, green2, blue2), r2, share, share4)
+                while first < last:
+                    end = min(last, first + MOST_FOUND - found)
+                    found = scan(photons, first, end, p, r * r, (check, iy, iz, x0, x1), near, found)
+                    first = end
+                    if found > MOST_FOUND // 2:
+                        flux, flux2 = flux_near(photons, p, n, own, r * r, (lines, count), near, found)
+                        total, moment, found = add(total, flux), add(moment, flux2), 0
+    flux, flux2 = flux_near(photons, p, n, own, r * r, (lines, count), near, found)
+    return with_bias(add(total, flux), add(moment, flux2), r * r, share, share4)
 
 
 @kernel
@@ -194,7 +132,7 @@ def estimate(rows, row, frame, instance, scratch, photons, r, cut):
     r2 = r * r
     for iz in range(cell_index(p[2] - r, cell), cell_index(p[2] + r, cell) + 1):
         for iy in range(cell_index(p[1] - r, cell), cell_index(p[1] + r, cell) + 1):
-            for part in range(2):
+            for part in range(parts_of_row(photons, iy, iz, x0, x1 - x0 + 1)):
                 first, last = run_of_cells(photons, iy, iz, x0, x1 - x0 + 1, part)
                 for j in range(first, last):
                     q = load3(photons.position, j)

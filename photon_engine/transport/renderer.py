@@ -30,8 +30,8 @@ from ..shading.textures import texture_bytes
 from .clock import Clock
 from .eye_batch import Tile, empty_tile
 from .eye_pass import EyeRun, Maps, render_tiles
-from .gather_kernels import Radius
 from .lamp_edges import find_edges
+from .near_kernels import Radius
 from .photon_kernels import DROPPED, EMITTED
 from .photon_pass import Rooms, run_for, trace_photons
 from .photon_rules import CAUSTIC, DIFFUSE, GLOBAL

@@ -16,6 +16,7 @@ from ..clearing import share_clearings
 from ..clearing_kernels import CELL, FAN, REACH, Sites
 from ..clipping import LEAST_SHARE, MOST_LINES, free_shares
 from ..gather_kernels import cut_at, flux_on_plane
+from ..near_kernels import empty_near
 
 R = 0.2  # gather radius in most tests
 SPACING = 0.004  # of the photons: the lattice alone moves an estimate by up to 1.5% where a line cuts it
@@ -28,12 +29,12 @@ def shares(work, count, n, r, out):
 
 
 @kernel
-def gathered(sites, clearings, photons, r, out):
+def gathered(sites, clearings, photons, r, near, out):
     """Irradiance and its bias at every site, as `gather` computes them, and the share of K that is left."""
     for m in range(len(sites.prim)):
         p, n = load3(sites.p, m), load3(sites.n, m)
         cut = cut_at(clearings, m, p, n, r)
-        flux, smear = flux_on_plane(p, n, body(True, 0), photons, r, cut)
+        flux, smear = flux_on_plane(p, n, body(True, 0), photons, r, cut, near)
         out[m, 0], out[m, 1], out[m, 2] = flux[0], smear[0], cut[2]
 
 
@@ -102,7 +103,7 @@ def look(geometry, points, photons, r=R, around=2.0, normal=(0.0, 0.0, 1.0)):
     sites = Sites(points, normals, np.full(n, around * r), prim, key, np.zeros(n, np.uint64))
     clearings, rays = share_clearings(intersector, geometry, sites)
     out = np.zeros((n, 3))
-    gathered(sites, clearings, photons, r, out)
+    gathered(sites, clearings, photons, r, empty_near(), out)
     return out, rays / n
 
 

@@ -11,11 +11,13 @@ from ...photons.map import build_map
 from ...photons.packing import body, pack_direction, pack_facet
 from ..clipping import no_clearings
 from ..gather_kernels import estimate, flux_on_plane
+from ..near_kernels import empty_near
 
 ALBEDO = (0.7, 0.5, 0.2)
 UP = (0.0, 0.0, 1.0)
 OBJECT = 5
 WHOLE = no_clearings().work  # no line cuts the disc
+NEAR = empty_near()
 
 
 @kernel
@@ -27,9 +29,9 @@ def radiance(rows, p, n, wo, scratch, photons, r, out):
 
 
 @kernel
-def irradiance(p, n, photons, r, out):
+def irradiance(p, n, photons, r, near, out):
     """flux_on_plane(), of a mesh whose front looks up."""
-    value, smear = flux_on_plane(p, n, body(n[2] > 0.0, OBJECT), photons, r, (WHOLE, 0, 1.0, 1.0))
+    value, smear = flux_on_plane(p, n, body(n[2] > 0.0, OBJECT), photons, r, (WHOLE, 0, 1.0, 1.0), near)
     for c in range(3):
         out[c], out[3 + c] = value[c], smear[c]
 
@@ -71,7 +73,7 @@ def test_both_estimates_equal_the_sum_over_all_photons(n, cells):
     for p in ((0.0, 0.0, 0.0), (0.313, -0.77, 0.0), (-0.95, 0.95, 0.0)):
         for sign in (1.0, -1.0):
             expected = naive_irradiance(deposits, ~below if sign > 0 else below, p, cells * cell)
-            irradiance(p, (0.0, 0.0, sign), photons, cells * cell, out)
+            irradiance(p, (0.0, 0.0, sign), photons, cells * cell, NEAR, out)
             assert np.allclose(out, expected, rtol=1e-6, atol=1e-12)
             radiance(rows, p, (0.0, 0.0, 1.0), (0.0, 0.6, 0.8 * sign), scratch, photons, cells * cell, out)
             assert np.allclose(out, expected * np.tile(ALBEDO, 2) / np.pi, rtol=1e-5, atol=1e-12)
@@ -84,7 +86,7 @@ def test_uniform_plane_has_its_irradiance():
     rng = np.random.default_rng(4)
     out, total = np.zeros(6), np.zeros(6)
     for x, y in rng.uniform(-0.8, 0.8, (400, 2)):
-        irradiance((x, y, 0.0), UP, photons, 0.2, out)
+        irradiance((x, y, 0.0), UP, photons, 0.2, NEAR, out)
         total += out / 400
     assert np.allclose(total[:3], deposits.flux[~below].sum(axis=0) / 4.0, rtol=0.02)
 
@@ -115,7 +117,7 @@ def test_light_inside_a_ball_does_not_shine_on_the_floor_it_stands_on(front, oth
     scratch[0, :3], scratch[0, 3], scratch[0, 4] = ALBEDO, 0.5, 2.0
     counts = front or other == OBJECT
     out = np.zeros(6)
-    irradiance((0.0, 0.0, 0.0), UP, photons, 0.5, out)
+    irradiance((0.0, 0.0, 0.0), UP, photons, 0.5, NEAR, out)
     assert np.allclose(out, naive_irradiance(deposits, np.full(400, counts), (0.0, 0.0, 0.0), 0.5), rtol=1e-6)
     radiance(rows, (0.0, 0.0, 0.0), UP, UP, scratch, photons, 0.5, out)
     above = naive_irradiance(deposits, counts & ~below, (0.0, 0.0, 0.0), 0.5)
@@ -128,7 +130,7 @@ def test_bias_is_r2_laplace_over_12_on_a_smooth_field():
     radii = np.array([0.1, 0.2, 0.4])
     out, found = np.zeros(6), []
     for r in radii:
-        irradiance((0.1, 0.2, 0.0), UP, photons, r, out)
+        irradiance((0.1, 0.2, 0.0), UP, photons, r, NEAR, out)
         found.append((out[0] - 1.09, out[3]))
     true, claimed = np.array(found).T
     assert np.allclose(true, radii**2 / 2, rtol=0.02, atol=2e-4) and np.allclose(claimed, true, rtol=0.02, atol=2e-4)
@@ -140,7 +142,7 @@ def test_bias_at_a_step_is_half_seen():
     photons = build_map(lattice(lambda x, y: (x > 0).astype(float)), 0.1)
     out, found = np.zeros(6), []
     for x in np.arange(-0.1975, 0.2, 0.005):  # between the lattice's columns
-        irradiance((x, 0.0, 0.0), UP, photons, 0.2, out)
+        irradiance((x, 0.0, 0.0), UP, photons, 0.2, NEAR, out)
         found.append((out[0] - (x > 0), out[3]))
     true, claimed = np.sqrt((np.array(found) ** 2).mean(axis=0))
     assert abs(claimed / true - 0.50) < 0.02
