@@ -9,6 +9,7 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from photon_engine.issues import IssueLog
+from photon_engine.scene.data import Light
 from photon_engine.settings import Settings
 from photon_engine.transport.renderer import Renderer
 
@@ -29,16 +30,32 @@ place = st.tuples(*[st.floats(-0.6, 0.6)] * 3)
 def materials(draw):
     """One of each kind; none gives back more than arrives."""
     color = draw(st.tuples(unit, unit, unit))
-    kind = draw(st.sampled_from(["diffuse", "diffuse", "glass", "mirror", "rough", "clear", "mixed", "glow"]))
+    kind = draw(st.sampled_from([
+        "diffuse", "diffuse", "glass", "mirror", "rough", "clear", "mixed", "glow", "rough glass", "leaf", "principled",
+    ]))  # fmt: skip
     if kind == "mixed":
         return s.mixed(s.diffuse(color), s.mirror(draw(unit)), draw(unit))
     if kind == "glow":
         return s.emitter(draw(st.floats(0.0, 5.0)), color)
     if kind == "rough":
         return s.material("BsdfAnisotropic", color, Roughness=draw(unit))
+    if kind == "rough glass":
+        return s.material("BsdfGlass", color, Roughness=draw(unit), IOR=draw(st.floats(1.0, 2.5)))
+    if kind == "leaf":
+        return s.material("BsdfTranslucent", color)
+    if kind == "principled":
+        names = ("Metallic", "Roughness", "Transmission Weight", "Coat Weight", "Sheen Weight", "Alpha")
+        return principled(color, {name: draw(unit) for name in names})
     if kind == "glass":
         return s.glass(draw(st.floats(1.0, 2.5)), color)
     return {"diffuse": s.diffuse, "mirror": s.mirror, "clear": s.transparent}[kind](color)
+
+
+def principled(color, values: dict[str, float]):
+    """Blender's all-round surface, without emission."""
+    inputs = {"Base Color": s.Socket([*color, 1.0], kind="RGBA"), **{k: s.Socket(v) for k, v in values.items()}}
+    node = s.closure("BsdfPrincipled", inputs)
+    return s.Material("Principled", s.Graph([node], s.Socket(node=0, output="BSDF", kind="SHADER")))
 
 
 @st.composite
@@ -57,10 +74,14 @@ def shapes(draw):
 def lamps(draw):
     """A lamp of any kind in the upper half of the room."""
     x, y, _ = draw(place)
-    kind = draw(st.sampled_from(["area", "point", "ball", "sun"]))
+    kind = draw(st.sampled_from(["area", "point", "ball", "sun", "spot"]))
     power = draw(st.floats(0.5, 20.0))
     if kind == "sun":
         return s.sun_lamp((x, y, -1.0), draw(st.floats(0.0, 1.0)), 0.2 * power)
+    if kind == "spot":
+        matrix, strength = s.look_at((x, y, 0.9), (y, x, -1.0)), (power, power, 0.5 * power)
+        size, blend = draw(st.floats(0.2, 3.0)), draw(unit)
+        return Light("Spot", "SPOT", matrix, strength, radius=0.1, spot_size=size, spot_blend=blend)
     if kind == "area":
         return s.area_lamp((x, y, 0.9), (0, 0, 0), draw(st.floats(0.05, 0.5)), power)
     return s.point_lamp((x, y, 0.7), 0.2 if kind == "ball" else 0.0, power)
@@ -73,7 +94,17 @@ def scenes(draw):
     parts += [(draw(shapes()), draw(materials())) for _ in range(draw(st.integers(0, 3)))]
     lights = [draw(lamps()) for _ in range(draw(st.integers(1, 2)))]
     world = draw(st.sampled_from([(0.0, 0.0, 0.0), (0.3, 0.4, 0.5)]))
-    return s.build(parts, lights, s.camera((0, -4, 0), (0, 0, 0), 0.34), world, s.frame(8))
+    view = draw(st.sampled_from([
+        s.camera((0, -4, 0), (0, 0, 0), 0.34),
+        s.camera((0, -4, 0), (0, 0, 0), 0.34, aperture_radius=0.2, focus_distance=4.0, blades=5),
+        s.camera((0, -4, 0), (0, 0, 0), 1.1, kind="ORTHO"),
+    ]))  # fmt: skip
+    scene = s.build(parts, lights, copy.deepcopy(view), world, s.frame(8, transparent=draw(st.booleans())))
+    odd = scene.instances[-1]
+    odd.holdout, odd.visible_shadow, odd.visible_camera = draw(st.sampled_from([
+        (False, True, True), (False, True, True), (True, True, True), (False, False, True), (False, True, False),
+    ]))  # fmt: skip
+    return scene
 
 
 options = st.fixed_dictionaries(
@@ -110,10 +141,12 @@ def test_pictures_are_finite_and_not_negative_and_photons_keep_their_energy(scen
 
 
 @FIXED
-@given(scenes(), st.sampled_from([2.0**-7, 0.37, 2.0**9]), st.tuples(*[st.floats(-1e4, 1e4)] * 3))
-def test_scale_and_place_do_not_matter(scene, k, offset):
-    found = same_randoms(shoot(scene, 2, **FEW), shoot(moved(scaled(scene, k), offset), 2, **FEW), allowed=0.02)
-    assert found.good or not shoot(scene, 2, **FEW).mean().any(), found.figure
+@given(scenes(), st.sampled_from([2.0**-7, 0.37, 2.0**9]), st.tuples(*[st.floats(-1e4, 1e4)] * 3), options)
+def test_scale_and_place_do_not_matter(scene, k, offset, chosen):
+    chosen = FEW | chosen
+    one = shoot(scene, 2, **chosen)
+    found = same_randoms(one, shoot(moved(scaled(scene, k), offset), 2, **chosen), allowed=0.02)
+    assert found.good or not one.mean().any(), found.figure
 
 
 def alike(one, two) -> None:
@@ -125,17 +158,17 @@ def alike(one, two) -> None:
 
 
 @FIXED
-@given(scenes(), st.randoms(use_true_random=False))
-def test_the_order_of_objects_and_lamps_does_not_matter(scene, random):
+@given(scenes(), st.randoms(use_true_random=False), options)
+def test_the_order_of_objects_and_lamps_does_not_matter(scene, random, chosen):
     other = copy.deepcopy(scene)
     random.shuffle(other.instances)
     random.shuffle(other.lights)
-    alike(shoot(scene, 8, **FEW), shoot(other, 8, **FEW))
+    alike(shoot(scene, 8, **FEW, **chosen), shoot(other, 8, **FEW, **chosen))
 
 
 @FIXED
-@given(scenes(), st.tuples(*[st.floats(-3.0, 3.0)] * 3))
-def test_a_turned_world_looks_the_same(scene, angles):
+@given(scenes(), st.tuples(*[st.floats(-3.0, 3.0)] * 3), options)
+def test_a_turned_world_looks_the_same(scene, angles, chosen):
     """Everything turned about the origin, the camera too."""
     turn = np.eye(4)
     for axis, angle in enumerate(angles):
@@ -146,4 +179,4 @@ def test_a_turned_world_looks_the_same(scene, angles):
     other = copy.deepcopy(scene)
     for item in (*other.instances, *other.lights, other.camera):
         item.matrix = turn @ item.matrix
-    alike(shoot(scene, 8, **FEW), shoot(other, 8, **FEW))
+    alike(shoot(scene, 8, **FEW, **chosen), shoot(other, 8, **FEW, **chosen))

@@ -9,13 +9,12 @@ from .passes import wanted_passes
 
 # passes of Blender and Cycles; this engine has its own, chosen under View Layer > Photon Map
 PASS_FLAGS = "use_pass_", "pass_"
+REMEDY = "blender -b FILE -E PHOTON_MAP -f 1 does it"
 OWN_FLAGS = {"use_pass_combined", "use_pass_cryptomatte_accurate", "pass_alpha_threshold", "pass_cryptomatte_depth"}
 
 
 def report_scene(scene: Any, layer: Any, issues: IssueLog) -> None:
     """What of the scene's and view layer's settings has no effect."""
-    if scene.render.use_freestyle and layer.use_freestyle:
-        issues.warn(scene.name, "Freestyle is not supported: no lines are drawn")
     passes = foreign_passes(layer)
     if passes:
         text = f"these passes are not made: {', '.join(passes)}"
@@ -37,9 +36,11 @@ def report_afterwards(scene: Any, issues: IssueLog) -> None:
     render = scene.render
     if render.use_multiview:
         issues.warn(scene.name, "stereo views are not supported yet: one view is rendered")
+    if render.use_freestyle:
+        issues.info(scene.name, "Freestyle lines are not drawn here", REMEDY)
     nodes = scene.compositing_node_group if hasattr(scene, "compositing_node_group") else scene.use_nodes
     if render.use_compositing and nodes:
-        issues.info(scene.name, "compositing nodes are not run here", "blender -b FILE -E PHOTON_MAP -f 1 runs them")
+        issues.info(scene.name, "compositing nodes are not run here", REMEDY)
     if render.use_sequencer and scene.sequence_editor is not None and len(scene.sequence_editor.strips):
         issues.info(scene.name, "the video sequence is not made here: its scene is rendered")
 

@@ -25,6 +25,8 @@ def scaled(scene, k: float):
     camera.matrix[:3, 3] *= k
     camera.clip_start, camera.clip_end = camera.clip_start * k, camera.clip_end * k
     camera.focus_distance, camera.aperture_radius = camera.focus_distance * k, camera.aperture_radius * k
+    if camera.kind == "ORTHO":
+        camera.window = tuple(k * side for side in camera.window)
     for light in out.lights:
         light.matrix = light.matrix.copy()
         light.matrix[:3, 3] *= k
