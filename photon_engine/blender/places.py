@@ -35,12 +35,14 @@ class Places:
 
     def of_instance(self, item: Any) -> np.ndarray:
         """The same of an entry of ``depsgraph.object_instances``, which may be an instance."""
-        if not item.is_instance:
-            return self.of(item.object) if item.object.parent is not None else _as_double(item.matrix_world)
         single = _as_double(item.matrix_world)
+        if not _far(single):  # the usual answer costs next to nothing: there may be 100 000 entries
+            return single
+        if not item.is_instance:
+            return self.of(item.object)
         instancer = item.parent
         direct = instancer.instance_type == "COLLECTION" and item.persistent_id[1] == NO_INDEX
-        if not direct or instancer.instance_collection is None or not _far(single):
+        if not direct or instancer.instance_collection is None:
             return single
         shift = np.eye(4)
         shift[:3, 3] = -np.array(instancer.instance_collection.instance_offset, np.float64)
@@ -51,11 +53,9 @@ class Places:
         key = ob.as_pointer()
         if key not in self._known:
             place = _given(_as_double(ob.matrix_world))
-            if _is_plain_child(ob):
-                parent = self._place(ob.parent)
-                if _far(place.matrix) or _far(parent.matrix):
-                    parts = (parent, *(_given(_as_double(m)) for m in (ob.matrix_parent_inverse, ob.matrix_basis)))
-                    place = _product(parts, place.matrix)
+            if _far(place.matrix) and _is_plain_child(ob):
+                own = (_given(_as_double(matrix)) for matrix in (ob.matrix_parent_inverse, ob.matrix_basis))
+                place = _product((self._place(ob.parent), *own), place.matrix)
             self._known[key] = place
         return self._known[key]
 
@@ -67,7 +67,7 @@ def _as_double(matrix: Any) -> np.ndarray:
 
 def _far(matrix: np.ndarray) -> bool:
     """Whether it leads far from the origin."""
-    return bool(np.abs(matrix[:3, 3]).max() >= FAR)
+    return max(abs(matrix[0, 3]), abs(matrix[1, 3]), abs(matrix[2, 3])) >= FAR
 
 
 def _given(matrix: np.ndarray) -> Place:
