@@ -35,6 +35,7 @@ class DenoisedError(NamedTuple):
 
     noise: float  # its random part
     total: float  # with what the denoiser and the gather radius smeared; not below the noise
+    doubt: float  # standard error of the total: raw halves that are all noise tell little of what was smeared
 
 
 class Halves:
@@ -105,12 +106,17 @@ def denoised_error(
     weight = 1.0 / (0.25 * (da + db) ** 2 + FLOOR)
     variance = 0.5 * most(((da - db) ** 2 * weight).mean(axis=2))
     noise = 0.5 * variance
-    total = most((0.5 * ((da - rb) ** 2 + (db - ra) ** 2 - (ra - rb) ** 2) * weight).mean(axis=2)) - noise
-    return DenoisedError(noise, max(total, noise) + smeared)
+    squares = (0.5 * ((da - rb) ** 2 + (db - ra) ** 2 - (ra - rb) ** 2) * weight).mean(axis=2)
+    doubt = float(kept(squares).std()) / squares.size**0.5
+    return DenoisedError(noise, max(most(squares) - noise, noise) + smeared, doubt)
+
+
+def kept(values: np.ndarray) -> np.ndarray:
+    """The values of a picture (h, w) but the outliers at either end."""
+    cut = int(OUTLIERS * values.size)
+    return np.partition(values.ravel(), (cut, values.size - 1 - cut))[cut : values.size - cut]
 
 
 def most(values: np.ndarray) -> float:
     """Mean over a picture (h, w), the outliers at either end counted as nothing."""
-    cut = int(OUTLIERS * values.size)
-    kept = np.partition(values.ravel(), (cut, values.size - 1 - cut))[cut : values.size - cut]
-    return float(kept.sum() / values.size)
+    return float(kept(values).sum() / values.size)

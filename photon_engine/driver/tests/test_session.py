@@ -138,7 +138,7 @@ def test_automatic_settings_are_decided_and_recorded():
 def test_the_denoised_error_is_estimated_while_that_is_cheap_and_at_the_end(monkeypatch):
     def passes_of(seconds):
         session = session_of(passes=10, denoise="FINAL")
-        monkeypatch.setattr(Darkroom, "error", lambda room: DenoisedError(0.1, 0.2))
+        monkeypatch.setattr(Darkroom, "error", lambda room: DenoisedError(0.1, 0.2, 0.01))
         begin = Session._measure_denoised
 
         def measure(self, last):
