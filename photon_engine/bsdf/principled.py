@@ -193,7 +193,7 @@ def specular(node: PrincipledInputs, weight: np.ndarray, group: np.ndarray) -> l
     here = ((eta != 1.0) | (np.asarray(fields.get("film", 0.0)) > 0.0)).astype(float)
     return make(
         lay.REFLECT, weight * here, node.normal, roughness=unit(node.roughness),
-        fresnel=column(lay.FRESNEL_GENERALIZED), ior=eta,
+        fresnel=column(lay.FRESNEL_GENERALIZED), ior=film_over(eta, fields),
         color_a=np.minimum(color(node.specular_tint) * f0[:, None], 1.0),
         color_b=np.ones((1, 3)), multiscatter=column(node.distribution == MULTI), group=group, layer=here,
         **stretched(layered_ratio(node.anisotropic), node.tangent), **fields,
