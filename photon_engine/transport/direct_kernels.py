@@ -97,11 +97,11 @@ def facing(ns, ng, wo):
 
 
 @kernel
-def sample_lights(laws, lights, surfaces, points, j, samples, mis, lobes, rays):
-    """Shadow rays of the j-th of `samples` light samples of every visible point; out: how many.
+def sample_lights(laws, lights, surfaces, points, first, last, samples, mis, lobes, rays):
+    """Shadow rays of light samples [first, last) of `samples` at every visible point; out: how many.
 
     mis : how many rays from narrow lobes (one from others) will meet the same lights, 0: none;  lobes : which rough
-    ones, lobes.ALL or NARROW.
+    ones, lobes.ALL or NARROW;  rays : room for last - first at every point
     """
     rows = surfaces.rows
     scratch = surfaces.scratch
@@ -109,40 +109,54 @@ def sample_lights(laws, lights, surfaces, points, j, samples, mis, lobes, rays):
     for m in range(len(points.hit)):
         i = points.hit[m]
         p, ng, ns = surface_point(surfaces.geometry, surfaces.prim[i], float(surfaces.u[i]), float(surfaces.v[i]))
-        # random numbers once for all samples: strata select lights, and a lattice spreads the places on them
-        u_select = (j + points.u[m, 0]) / samples
-        u0 = (points.u[m, 1] + j * LATTICE_X) % 1.0
-        u1 = (points.u[m, 2] + j * LATTICE_Y) % 1.0
         wo = load3(points.wo, m)
-        wi, distance, le, pdf_w, is_delta, emitter = sample_light(
-            lights, p, facing(ns, ng, wo), u_select, u0, u1
-        )
-        if max3(le) <= 0.0:
-            continue
         row = surfaces.row[i]
-        prepare(rows, row, ns, ng, wo, laws.threshold, scratch)
-        if not keep_lobes(rows, row, scratch, lobes):
-            continue
-        f, lobe_pdf_w = eval_rough(rows, row, ns, ng, wo, wi, scratch)
-        s = abs(dot(ns, wi)) / (pdf_w * samples)
-        if mis > 0 and not is_delta:
-            s *= power_heuristic(pdf_w * samples, lobe_pdf_w * lobe_rays(rows, row, scratch, mis))
-        beta = load3(points.beta, m)
-        value = (beta[0] * f[0] * le[0] * s, beta[1] * f[1] * le[1] * s, beta[2] * f[2] * le[2] * s)
-        if max3(value) <= 0.0:
-            continue
-        o, d, reach = _start(laws, surfaces, i, (p, ng, ns), wo, wi, distance)
-        store3(rays.o, count, o)
-        store3(rays.d, count, d)
-        rays.t_max[count] = min(reach * SHORTEN, 1e30)
-        store3(rays.light, count, value)
-        rays.pixel[count] = points.pixel[m]
-        if len(rays.inside):
-            prim = surfaces.prim[i]
-            rays.inside[count] = after_surface(laws.media, points.inside[m], prim, dot(ng, wo), dot(ng, wi))
-        _note_emitter(lights, rays, count, emitter, add(p, scale(wi, distance)))
-        count += 1
+        met = -1  # rays from the lobes that meet the same lights; -1: the lobes are not prepared yet
+        for j in range(first, last):
+            # random numbers once for all samples: strata select lights, and a lattice spreads the places on them
+            u_select = (j + points.u[m, 0]) / samples
+            u0 = (points.u[m, 1] + j * LATTICE_X) % 1.0
+            u1 = (points.u[m, 2] + j * LATTICE_Y) % 1.0
+            light = sample_light(lights, p, facing(ns, ng, wo), u_select, u0, u1)
+            wi, _, le, pdf_w, is_delta, _ = light
+            if max3(le) <= 0.0:
+                continue
+            if met < 0:
+                prepare(rows, row, ns, ng, wo, laws.threshold, scratch)
+                if not keep_lobes(rows, row, scratch, lobes):
+                    break
+                met = lobe_rays(rows, row, scratch, mis) if mis > 0 else 0
+            f, lobe_pdf_w = eval_rough(rows, row, ns, ng, wo, wi, scratch)
+            s = abs(dot(ns, wi)) / (pdf_w * samples)
+            if met > 0 and not is_delta:
+                s *= power_heuristic(pdf_w * samples, lobe_pdf_w * met)
+            beta = load3(points.beta, m)
+            value = (beta[0] * f[0] * le[0] * s, beta[1] * f[1] * le[1] * s, beta[2] * f[2] * le[2] * s)
+            if max3(value) > 0.0:
+                _cast(laws, lights, surfaces, points, m, (p, ng, ns), light, value, rays, count)
+                count += 1
     return count
+
+
+@kernel
+def _cast(laws, lights, surfaces, points, m, point, light, value, rays, k):
+    """Write shadow ray k, from visible point m along what `sample_light` told, that brings `value`.
+
+    point : (p, ng, ns)
+    """
+    p, ng, _ = point
+    wi, distance, _, _, _, emitter = light
+    i, wo = points.hit[m], load3(points.wo, m)
+    o, d, reach = _start(laws, surfaces, i, point, wo, wi, distance)
+    store3(rays.o, k, o)
+    store3(rays.d, k, d)
+    rays.t_max[k] = min(reach * SHORTEN, 1e30)
+    store3(rays.light, k, value)
+    rays.pixel[k] = points.pixel[m]
+    if len(rays.inside):
+        prim = surfaces.prim[i]
+        rays.inside[k] = after_surface(laws.media, points.inside[m], prim, dot(ng, wo), dot(ng, wi))
+    _note_emitter(lights, rays, k, emitter, add(p, scale(wi, distance)))
 
 
 @kernel

@@ -35,6 +35,7 @@ from .render_scene import BACKGROUND_DEPTH, RenderScene
 from .second_kernels import narrow_points, second_step
 
 PIXELS_AT_ONCE = 8192
+SAMPLES_AT_ONCE = 4  # shadow rays of a visible point that are traced together
 MOST_LIT = 2  # landings in a row that are lit by rays; what enters and leaves rough glass meets two an object
 LANDING_CLEARING = 2.0  # width of clearings where rays of a final gather land, in gather radii
 
@@ -183,8 +184,9 @@ def _light_points(
     rays = 0
     lobes = NARROW if landing else ALL
     with run.clock("direct"):
-        for j in range(run.light_samples):
-            rays += _shadow_rays(scene, run, surfaces, points, j, tile, lobes)
+        for first in range(0, run.light_samples, SAMPLES_AT_ONCE):
+            samples = range(first, min(first + SAMPLES_AT_ONCE, run.light_samples))
+            rays += _shadow_rays(scene, run, surfaces, points, samples, tile, lobes)
     direct_only = run.gather_all or landing > 0
     clearings = no_clearings()
     caustic = maps.caustic if run.caustics or landing else None
@@ -215,13 +217,14 @@ def _clearings(scene: RenderScene, run: EyeRun, surfaces: Surfaces, points: Visi
 
 
 def _shadow_rays(
-    scene: RenderScene, run: EyeRun, surfaces: Surfaces, points: VisiblePoints, j: int, tile: Tile, lobes: int
+    scene: RenderScene, run: EyeRun, surfaces: Surfaces, points: VisiblePoints, samples: range, tile: Tile, lobes: int
 ) -> int:
-    """One shadow ray from every visible point."""
-    rays = empty_shadow_rays(len(points.hit), scene.absorbs)
+    """Shadow rays of some of the light samples from every visible point."""
+    rays = empty_shadow_rays(len(points.hit) * len(samples), scene.absorbs)
     count = sample_lights(
-        scene.laws, scene.lights, surfaces, points, j, run.light_samples, run.lobe_rays, lobes, rays
-    )
+        scene.laws, scene.lights, surfaces, points, samples.start, samples.stop, run.light_samples, run.lobe_rays,
+        lobes, rays,
+    )  # fmt: skip
     rays = head(rays, count)
     multiply_radiance(scene, rays.emitter, rays.place, -rays.d, rays.light)
     multiply_nodes(scene, rays)
