@@ -64,6 +64,7 @@ LABELS = {
     "edges": "Walls and rims near by",
     "emission": "Emission",
     "environment": "Environment",
+    "subsurface": "Below the surface",
     "media": "Absorbing insides",
     "lens": "Depth of field",
     "textures": "Textures",
@@ -94,6 +95,7 @@ class Plan:
     edges: Decision
     emission: Decision
     environment: Decision
+    subsurface: Decision
     media: Decision
     lens: Decision
     textures: Decision
@@ -180,6 +182,7 @@ def make_plan(
         **_seen(rule, facts),
         more_paths=camera_paths(scene, settings),
         mirrors=_mirrors(rule, facts, guides),
+        subsurface=_subsurface(rule, facts),
         media=_media(facts),
         lens=_lens(scene),
         textures=_textures(facts),
@@ -321,6 +324,16 @@ def _media(facts: Survey) -> Decision:
     if not facts.absorbing:
         return Decision(False, "no inside absorbs")
     return Decision(True, f"{names(facts.absorbing)} darkens with depth")
+
+
+def _subsurface(rule: Rule, facts: Survey) -> Decision:
+    """Random walks of eye paths and photons."""
+    unlit = not rule.outputs & {"Direct", "Caustic", "Diffuse"}
+    return rule.decide(
+        f"{names(facts.deep)} lets light in, to leave elsewhere",
+        [(not facts.deep, "no material scatters below its surface"), (not facts.lit, NO_LIGHT)],
+        [(unlit, "no light on surfaces is asked for")],
+    )
 
 
 def _lens(scene: SceneData) -> Decision:

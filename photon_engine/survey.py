@@ -30,6 +30,7 @@ class Survey(NamedTuple):
     rough: tuple[str, ...]  # materials with a lobe of class D
     narrow: tuple[str, ...]  # materials with a rough lobe too narrow for a photon map
     see_through: tuple[str, ...]  # materials and objects that let light straight through
+    deep: tuple[str, ...]  # materials that scatter light below the surface
     absorbing: tuple[str, ...]  # materials whose inside absorbs
     varying: tuple[str, ...]  # materials that vary over a surface or with direction
     needs: frozenset[str]  # what these look up, as in shading.program
@@ -78,6 +79,7 @@ def survey(
         rough=having(lambda program: program.may_be_rough(threshold)) + default,
         narrow=having(lambda program: program.may_be_narrow(threshold)),
         see_through=having(lambda program: program.has_null) + ghosts,
+        deep=having(lambda program: program.has_deep),
         absorbing=having(lambda program: program.absorption is not None),
         varying=varying,
         needs=frozenset().union(*(program.needs for _, program in known)),

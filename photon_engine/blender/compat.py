@@ -22,6 +22,8 @@ IES_DARK_BEYOND = not ALWAYS_NODES
 # since 5.0 Voronoi cells are hashed as integers by PCG, before as floats by Jenkins' hash
 VORONOI_WORD_HASH = ALWAYS_NODES
 
+# before 5.0 there was one random walk: today's legacy one
+SUBSURFACE_NAMES = {} if ALWAYS_NODES else {"RANDOM_WALK": "RANDOM_WALK_LEGACY"}
 
 # nodes of zones, closures, bundles, menus and constants, which Blender itself resolves (since 5.0)
 RESOLVED_NODES = {

@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 from mathutils import Euler
 
-from .compat import IES_DARK_BEYOND, VORONOI_WORD_HASH
+from .compat import IES_DARK_BEYOND, SUBSURFACE_NAMES, VORONOI_WORD_HASH
 from .images import ImageTable
 
 RAMP_SIZE = 256  # entries of a sampled ramp or curve, as in Cycles
@@ -57,6 +57,8 @@ def node_props(node: Any, images: ImageTable) -> dict[str, Any]:
         if item.type in SIMPLE:
             value = getattr(node, name)
             props[name] = [float(c) for c in value] if getattr(item, "is_array", False) else value
+            if name in ("falloff", "subsurface_method"):
+                props[name] = SUBSURFACE_NAMES.get(value, value)
         elif item.type == "POINTER":
             _pointer(props, name, node, images)
     if node.bl_idname == "ShaderNodeTexVoronoi":

@@ -11,6 +11,7 @@ from .fields import ONE, field3
 from .frame import facet_normal, lobe_normal
 from .glass import is_delta, side_eta
 from .layout import (
+    CLASS_DEEP,
     CLASS_NULL,
     CLASS_ROUGH,
     CLASS_SHARP,
@@ -34,6 +35,7 @@ from .layout import (
     REFLECT,
     ROUGHNESS,
     SHEEN,
+    SUBSURFACE,
     TINT,
     TRANSLUCENT,
     TRANSPARENT,
@@ -51,6 +53,8 @@ CLASS_NOTHING = -2  # of lobes that scatter nothing (emission, holdout)
 def lobe_class(rows, row, k, threshold):
     """Class of a lobe; facets are sharp below the roughness threshold, and always when they have no density."""
     kind = rows.kind[row, k]
+    if kind == SUBSURFACE:
+        return CLASS_DEEP
     if kind == DIFFUSE or kind == TRANSLUCENT or kind >= SHEEN:
         return CLASS_ROUGH
     if kind == TRANSPARENT:

@@ -26,6 +26,12 @@ SHEEN = 11  # a layer of fibres, its albedo times the weight
 VELVET = 12  # Ashikhmin's
 TOON = 13  # an even cone about the normal: ROUGHNESS is its size, IOR the width of its rim, both of 90 degrees
 TOON_GLOSSY = 14  # the same about the mirrored view
+SUBSURFACE = 15  # a random walk below the surface: COLOR_A = albedo, COLOR_B = free path [m], ANISOTROPY = mean cosine
+
+# laws of SUBSURFACE, in FRESNEL
+WALK = 0  # entry by refraction, scattering albedo by d'Eon's inversion
+WALK_LEGACY = 1  # by Chiang's
+WALK_SKIN = 2  # by Chiang's, half of the entries diffuse
 
 # Fresnel modes of REFLECT and GLASS
 FRESNEL_NONE = 0  # 1 (Glossy BSDF: weight is the colour; COLOR_A = colour too, for MULTISCATTER)
@@ -37,7 +43,7 @@ FRESNEL_SHEET = 5  # a thin wall as a whole, by the view (sheet.py): COLOR_A = t
 
 # fields
 WEIGHT = 0  # 3: colour times mixing weight
-ROUGHNESS = 3  # Blender's, unsquared
+ROUGHNESS = 3  # Blender's, unsquared; SUBSURFACE: the GGX width of the entry
 ANISOTROPY = 4  # REFLECT: A > 0: GGX widths roughness^2 A along TANGENT and roughness^2 / A across; 0: round
 IOR = 5  # of the inside over the outside (for GLASS and REFRACT a back face inverts it)
 FRESNEL = 6  # a mode
@@ -61,6 +67,7 @@ ASHIKHMIN = 3.0
 CLASS_NULL = 0  # goes straight through
 CLASS_SHARP = 1  # S: delta or near-delta
 CLASS_ROUGH = 2  # D
+CLASS_DEEP = 3  # D as well, but light leaves elsewhere than it came in: no sampler of lobes draws it (deep.py)
 
 # below this roughness a rough lobe is so narrow that few photons of a map arrive from where it looks
 NARROW_ROUGHNESS = 0.5

@@ -31,6 +31,7 @@ from .recipes import (
     unit,
 )
 from .sheet import sheet_width
+from .subsurface import Flesh, subsurface
 
 CUTOFF = 1e-5  # weights below this count as absent
 MAX_F0 = 0.99
@@ -63,7 +64,11 @@ class PrincipledInputs:
     emission_color: Any = 1.0
     emission_strength: Any = 0.0
     subsurface_weight: Any = 0.0
+    subsurface_radius: Any = (1.0, 0.2, 0.1)
+    subsurface_scale: Any = 0.005
+    subsurface_ior: Any = 1.4
     subsurface_anisotropy: Any = 0.0
+    subsurface_method: str = "RANDOM_WALK"
     thin_film_thickness: Any = 0.0
     thin_film_ior: Any = 1.33
     thin_wall: Any = 0.0
@@ -89,8 +94,9 @@ def principled(**inputs: Any) -> list[Lobe]:
     lobes += walled(node, weight * transmission * wall, group)
     weight = weight * (1.0 - transmission)
     lobes += specular(node, weight, group)
-    spread = floor(unit(node.subsurface_weight)) * wall
-    lobes += grouped(spread_thin(node, weight * spread), group)
+    spread = floor(unit(node.subsurface_weight))
+    lobes += grouped(spread_thin(node, weight * spread * wall), group)
+    lobes += grouped(below(node, weight * spread * ~wall), group)
     base = diffuse(node.base_color, node.diffuse_roughness, node.normal, weight * (1.0 - spread))
     return lobes + grouped(base, group)
 
@@ -174,6 +180,17 @@ def spread_thin(node: PrincipledInputs, weight: np.ndarray) -> list[Lobe]:
     color_here, rough = np.minimum(color(node.base_color), 1.0), node.diffuse_roughness
     behind = diffuse(color_here, rough, node.normal, weight * (1.0 - ahead))
     return behind + translucent(color_here, node.normal, rough, weight * ahead)
+
+
+def below(node: PrincipledInputs, weight: np.ndarray) -> list[Lobe]:
+    """Subsurface scattering of a body. Only the law for skin has an index of its own."""
+    skin = node.subsurface_method == "RANDOM_WALK_SKIN"
+    flesh = Flesh(
+        color(node.subsurface_radius) * np.maximum(column(node.subsurface_scale), 0.0)[:, None],
+        node.subsurface_ior if skin else specular_index(node)[0], unit(node.roughness) ** 2,
+        node.subsurface_anisotropy, node.subsurface_method,
+    )  # fmt: skip
+    return subsurface(np.minimum(color(node.base_color), 1.0), flesh, node.normal, weight) if weight.any() else []
 
 
 def specular_index(node: PrincipledInputs) -> tuple[np.ndarray, np.ndarray]:

@@ -47,13 +47,23 @@ def report_unsupported(item: Node, used: set[str], material: str, issues: IssueL
         issues.warn(where, "attributes where its ray hits are not supported yet", "they are 0")
     if item.type == "ShaderNodeTexIES" and (problem := ies_problem(item.props.get("text", ""))):
         issues.warn(where, f"the photometric file cannot be read: {problem}", f"{MISSING:g} is used, as Cycles does")
-    if "SHADER" not in item.output_kinds.values():
-        return
+    if scatters_by_profile(item):
+        issues.warn(
+            where, "Christensen-Burley subsurface scattering is not supported",
+            "the random walk of the same radius (Fixed Radius) is used",
+        )  # fmt: skip
+
+
+def scatters_by_profile(item: Node) -> bool:
+    """Whether a node may scatter below its surface by Christensen's and Burley's profile."""
+    if item.type == "ShaderNodeSubsurfaceScattering":
+        return item.props.get("falloff") == "BURLEY"
     deep, wall = item.inputs.get("Subsurface Weight"), item.inputs.get("Thin Wall")
+    if deep is None or item.props.get("subsurface_method") != "BURLEY":
+        return False
     if wall is not None and wall.node < 0 and wall.value:
-        return  # a thin wall scatters diffusely on both sides
-    if item.type == "ShaderNodeSubsurfaceScattering" or (deep is not None and (deep.node >= 0 or deep.value)):
-        issues.warn(where, "subsurface scattering is not simulated", "a diffuse surface of its colour is used")
+        return False  # a thin wall scatters diffusely on both sides
+    return deep.node >= 0 or bool(deep.value)
 
 
 def report_surface_outputs(graph: Graph, material: str, issues: IssueLog) -> None:

@@ -25,7 +25,7 @@ from .relief import SHIFT, expand_bumps
 BENDING_KINDS = {layout.GLASS, layout.REFRACT}
 SHARP_KINDS = {layout.REFLECT, layout.THIN, *BENDING_KINDS}
 ODD_KINDS = {layout.SHEEN, layout.VELVET, layout.TOON, layout.TOON_GLOSSY}
-ROUGH_KINDS = {layout.DIFFUSE, layout.TRANSLUCENT, *ODD_KINDS, *SHARP_KINDS}
+ROUGH_KINDS = {layout.DIFFUSE, layout.TRANSLUCENT, layout.SUBSURFACE, *ODD_KINDS, *SHARP_KINDS}
 
 
 class Source(NamedTuple):
@@ -133,6 +133,17 @@ class Program:
     def has_null(self) -> bool:
         """Whether light may go straight through."""
         return self._may_have({layout.TRANSPARENT, layout.HOLDOUT})
+
+    @property
+    def has_deep(self) -> bool:
+        """Whether light may go below the surface."""
+        return self._may_have({layout.SUBSURFACE})
+
+    @property
+    def bends_deep(self) -> bool:
+        """Whether it may, and leave about another normal than the surface's own."""
+        own = any(layout.HAS_NORMAL in lobe.fields for lobe in self._probe if lobe.kind == layout.SUBSURFACE)
+        return self.has_deep and (own or self.relief is not None)
 
     @property
     def has_rough(self) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from ..bsdf.deep import deep_total
 from ..bsdf.layering import IDEAL
 from ..bsdf.layout import CLASS_NULL, CLASS_ROUGH, CLASS_SHARP, HOLDOUT, NONE, ROUGHNESS, TRANSPARENT
 from ..bsdf.split import is_fork, sample_side, sides, straight_through
@@ -167,7 +168,8 @@ def _take_one(laws, rules, surfaces, paths, i, bounce, frame, weights, onward, a
         if uniform(key, dim + 3) >= survival:
             return alive, ended
         out = scale(out, 1.0 / survival)
-    _go_on(laws, surfaces, paths, i, frame, (cls, wi, eta, out, weights[2] > 0.0, pdf_w == 0.0), onward, alive)
+    way = (cls, wi, eta, out, _is_matte(surfaces, paths, i, weights), pdf_w == 0.0)
+    _go_on(laws, surfaces, paths, i, frame, way, onward, alive)
     return alive + 1, ended
 
 
@@ -181,6 +183,7 @@ def _take_all(laws, rules, surfaces, paths, i, bounce, frame, weights, onward, a
     rows, row, scratch = surfaces.rows, surfaces.row[i], surfaces.scratch
     dim = (bounce + 1) * DIMENSIONS_PER_BOUNCE
     beta, key = load3(paths.beta, i), paths.key[i]
+    matte = _is_matte(surfaces, paths, i, weights)
     lit = kept(max3(beta) * weights[2], key, dim)
     if lit > 0.0:
         _end(rules, points, ended, surfaces, paths, i, frame, scale(beta, lit))
@@ -200,7 +203,7 @@ def _take_all(laws, rules, surfaces, paths, i, bounce, frame, weights, onward, a
             if s > 0.0:
                 cls = CLASS_NULL if kind == TRANSPARENT else CLASS_SHARP
                 smooth = rows.params[row, k, ROUGHNESS] < IDEAL
-                way = (cls, wi, eta, scale(out, s), weights[2] > 0.0, smooth)
+                way = (cls, wi, eta, scale(out, s), matte, smooth)
                 _go_on(laws, surfaces, paths, i, frame, way, onward, alive)
                 onward.key[alive] = fresh
                 onward.place[alive] = -1
@@ -215,6 +218,14 @@ def kept(share, key, dim):
     if share >= LEAST_SHARE:
         return 1.0
     return LEAST_SHARE / share if uniform(key, dim) * LEAST_SHARE < share else 0.0
+
+
+@kernel
+def _is_matte(surfaces, paths, i, weights):
+    """Whether hit i, prepared, has lobes that guide the denoiser; not asked where a path has met some already."""
+    if weights[2] > 0.0:
+        return True
+    return paths.unguided[i] and deep_total(surfaces.rows, surfaces.row[i], surfaces.scratch) > 0.0
 
 
 @kernel
@@ -261,8 +272,9 @@ def _look(laws, rules, surfaces, paths, i, frame, tile):
             _depth(rules, pixel, p, tile)
         add3(tile.normal, pixel, scale(facing, luminance(beta)))
         add3(tile.albedo, pixel, mul(beta, _albedo(scratch, rows.kind[row], CLASS_SHARP)))
-    if paths.unguided[i] and (weights[2] > 0.0 or weights[0] + weights[1] == 0.0):
-        own = _albedo(scratch, rows.kind[row], CLASS_ROUGH) if weights[2] > 0.0 else radiance
+    matte = _is_matte(surfaces, paths, i, weights)
+    if paths.unguided[i] and (matte or weights[0] + weights[1] == 0.0):
+        own = _albedo(scratch, rows.kind[row], CLASS_ROUGH) if matte else radiance
         _guide(pixel, beta, facing, own, tile)
     return weights
 

@@ -33,6 +33,7 @@ from .near_kernels import Radius, look_up
 from .photon_kernels import Surfaces
 from .render_scene import BACKGROUND_DEPTH, RenderScene
 from .second_kernels import narrow_points, second_step
+from .subsurface import light_below, light_below_landings
 
 PIXELS_AT_ONCE = 8192
 SAMPLES_AT_ONCE = 4  # shadow rays of a visible point that are traced together
@@ -124,7 +125,7 @@ def follow(
     paths: EyePaths,
     tile: Tile,
     cancelled: Callable[[], bool],
-    light: Callable[[Surfaces, VisiblePoints], int],
+    light: Callable[[Surfaces, VisiblePoints], int] | None = None,
 ) -> int:
     """Carry eye paths to their ends; light(surfaces, points) is called for the visible points; out: rays traced."""
     rays = 0
@@ -137,12 +138,14 @@ def follow(
             rays += len(paths.key)
             if scene.absorbs:
                 scene.absorb(paths.inside, surfaces, paths.beta)
+            if scene.plan.subsurface and light is not None:
+                rays += light_below(scene, surfaces, paths, bounce, light)
             points = empty_points(len(paths.key), scene.absorbs, scene.trails)
             paths = paths._replace(sky=scene.sky_seen(surfaces, paths.d, paths.trail))
             see_lamps(scene, surfaces, paths, tile)
             onward = empty_paths(room_for(scene, paths.splits), scene.absorbs, scene.trails)
             n, ended = eye_step(scene.laws, rules, scene.seen_lights, surfaces, paths, bounce, onward, points, tile)
-        if ended:
+        if ended and light is not None:
             rays += light(surfaces, head(points, ended))
         paths = head(onward, n)
         if not scene.plan.mirrors:
@@ -169,7 +172,7 @@ def _see_edges(
     paths.inside[:] = scene.camera_inside
     further_rays(scene.camera, run.key, region, edges + first, run.splits, paths)
     paths.unguided[:] = False
-    rays = follow(scene, run, paths, seen, cancelled, lambda surfaces, points: 0)
+    rays = follow(scene, run, paths, seen, cancelled)
     tile.emission[edges] = (tile.emission[edges] + seen.emission) / (1 + run.further)
     return rays
 
@@ -265,6 +268,9 @@ def _second_rays(
         if scene.absorbs:
             scene.absorb(paths.inside, there, paths.beta)
             scene.absorb(paths.inside, there, paths.gather)
+        if scene.plan.subsurface and gathers:
+            below = partial(_light_landings, scene, run, maps, tile=tile, landing=landing + 1)
+            traced += light_below_landings(scene, there, paths, bounce, below)
         landings = empty_points(len(paths.key), scene.absorbs, scene.trails)
         samples = max(run.light_samples, 1)
         meet_lamps(scene, there, paths, samples, tile.direct)

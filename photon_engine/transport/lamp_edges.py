@@ -67,5 +67,5 @@ def _look(scene: RenderScene, run: EyeRun, total: int, cancelled: Callable[[], b
     paths.inside[:] = scene.camera_inside
     camera_rays(scene.camera, run.key, region_of(scene.frame), first, run.splits, paths)
     paths.unguided[:] = False
-    follow(scene, run, paths, tile, cancelled, lambda surfaces, points: 0)
+    follow(scene, run, paths, tile, cancelled)
     return tile.emission.sum(axis=1)

@@ -7,7 +7,7 @@ from threading import Lock
 import numpy as np
 
 from ..geometry.flatten import Flattened
-from ..geometry.intersect import Intersector
+from ..geometry.intersect import Hits, Intersector
 from ..geometry.surface import RELATIVE_OFFSET, surface_points
 
 f32 = np.float32
@@ -44,14 +44,7 @@ class NodeRays:
         d, left = np.ascontiguousarray(d, f32), np.ascontiguousarray(t_max, f32).copy()
         alive = np.arange(len(o))
         for _ in range(most):
-            prim, u, v, t = (np.empty(len(alive), kind) for kind in (np.int32, f32, f32, f32))
-            for instance in np.unique(points.instance[alive]):
-                mine = np.flatnonzero(points.instance[alive] == instance)
-                rays = alive[mine]
-                hits = self._tree(int(instance)).closest(start[rays], d[rays], left[rays])
-                first = np.int32(self.flat.first_triangle[instance])
-                prim[mine] = np.where(hits.prim >= 0, hits.prim + first, -1)
-                u[mine], v[mine], t[mine] = hits.u, hits.v, hits.t
+            prim, u, v, t = self.within(points.instance[alive], start[alive], d[alive], left[alive])
             met = prim >= 0
             alive = alive[met]
             if not len(alive):
@@ -87,13 +80,17 @@ class NodeRays:
         """Nearest hits (prim, u, v, t), with `own` among the points' own objects."""
         if not own:
             return self.intersector.closest(start, d, t_max)
-        prim, u, v, t = (np.zeros(len(d), kind) for kind in (np.int32, f32, f32, f32))
-        for instance in np.unique(points.instance):
-            index = np.flatnonzero(points.instance == instance)
-            hits = self._tree(int(instance)).closest(start[index], d[index], t_max[index])
-            prim[index] = np.where(hits.prim >= 0, hits.prim + np.int32(self.flat.first_triangle[instance]), -1)
-            u[index], v[index], t[index] = hits.u, hits.v, hits.t
-        return prim, u, v, t
+        return self.within(points.instance, start, d, t_max)
+
+    def within(self, instance: np.ndarray, o: np.ndarray, d: np.ndarray, t_max: np.ndarray) -> Hits:
+        """Nearest triangle of the instance given for each ray; o, d (n, 3) f32, recentred; instance (n,)."""
+        prim, u, v, t = (np.empty(len(d), kind) for kind in (np.int32, f32, f32, f32))
+        for which in np.unique(instance):
+            mine = slice(None) if instance[0] == which and (instance == which).all() else instance == which
+            hits = self._tree(int(which)).closest(o[mine], d[mine], t_max[mine])
+            prim[mine] = np.where(hits.prim >= 0, hits.prim + np.int32(self.flat.first_triangle[which]), -1)
+            u[mine], v[mine], t[mine] = hits.u, hits.v, hits.t
+        return Hits(prim, u, v, t)
 
     def _leaving(self, points, d: np.ndarray) -> np.ndarray:
         """Origins (n, 3) f32, recentred, of rays along d, off the surface as `geometry.surface.offset_origin` does."""

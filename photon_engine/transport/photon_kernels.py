@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..bsdf.deep import deep_total, pick_deep
 from ..bsdf.layering import is_ideal, is_lambert
 from ..bsdf.layout import CLASS_NULL, CLASS_ROUGH, CLASS_SHARP, LobeRows
 from ..bsdf.surface import prepare_any, sample_any
@@ -28,6 +29,8 @@ from .photon_rules import CAUSTIC, FIRST, GLOBAL, STRAIGHT, THROUGH, after_rough
 
 # rows of the energy tally
 EMITTED, ABSORBED, ESCAPED, DROPPED = 0, 1, 2, 3
+
+DEEP_DIMENSION = 8  # random numbers of a bounce: those of the choice to go below the surface
 
 # laws of rows of lobes: one Lambert lobe; one smooth mirror or smooth glass; any others
 MATTE, IDEAL, OTHER = 0, 1, 2
@@ -171,6 +174,15 @@ class Leg(NamedTuple):
     ideal: np.ndarray  # (n,) i32, which hit a smooth mirror or smooth glass
     other: np.ndarray  # (n,) i32, which hit any other surface
     gain: np.ndarray  # (n, 3) f32, what flux is times unless it goes straight on (transport/lamp_nodes.py); (0, 3): 1
+    deep: np.ndarray  # (n + 1,) i32, how many go on below the surface, then which; (0,): no material has that
+    deep_lobe: np.ndarray  # (n,) i32, in which lobe, by photon
+    deep_share: np.ndarray  # (n,) f64, the probability of that choice
+
+
+def deep_lists(n: int, wanted: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Room for a Leg's photons below the surface; none where no material scatters there."""
+    room = n if wanted else 0
+    return np.zeros(room + 1 if wanted else 0, np.int32), np.empty(room, np.int32), np.empty(room)
 
 
 @kernel
@@ -260,16 +272,12 @@ def _any_hit(laws, leg, surfaces, photons, i, out, alive, deposits, stored, tall
     phi = load3(photons.phi, i)
     lit = mul(phi, load3(leg.gain, i)) if len(leg.gain) else phi
     wo = scale(load3(photons.d, i), -1.0)
-    p_null, p_sharp, p_rough = prepare_any(rows, row, ns, ng, wo, laws.threshold, scratch)
+    weights = prepare_any(rows, row, ns, ng, wo, laws.threshold, scratch)
     seen, key, limit = photons.seen[i], photons.key[i], photons.dark[i]
     near = surfaces.t[i] < limit  # a soft lamp does not light it, but shines on through it
-    if near:
-        p_sharp, p_rough = 0.0, 0.0
-    if limit == STRAIGHT:
-        p_rough = 0.0
-    elif limit == THROUGH:
-        p_null, p_sharp = 0.0, 0.0
-    if p_rough > 0.0 and stores(leg.mode, seen) and (len(leg.gain) == 0 or max3(lit) > 0.0):
+    p_deep = deep_total(rows, row, scratch) if len(leg.deep) else 0.0
+    p_null, p_sharp, p_rough, p_deep = _allowed(weights, p_deep, near, limit)
+    if p_rough + p_deep > 0.0 and stores(leg.mode, seen) and (len(leg.gain) == 0 or max3(lit) > 0.0):
         store3(deposits.position, stored, p)
         store3(deposits.flux, stored, lit)
         deposits.wi[stored] = pack_direction(wo)
@@ -279,13 +287,16 @@ def _any_hit(laws, leg, surfaces, photons, i, out, alive, deposits, stored, tall
         deposits.seen[stored] = seen
         stored += 1
     if leg.mode == CAUSTIC or seen // ONE_ROUGH >= laws.max_rough:
-        p_rough = 0.0
+        p_rough, p_deep = 0.0, 0.0
+    share = 0.0
+    if p_deep > 0.0:
+        share = p_deep / (p_null + p_sharp + p_rough + p_deep)
+        if _goes_below(leg, rows, row, scratch, i, share, key):
+            return alive, stored, scale(_earned(tally, phi, lit), -1.0)
     goes_on, wi, out_phi, cls = _scatter(
-        rows, row, (ns, ng, wo), (p_null, p_sharp, p_rough), laws.threshold, scratch, (phi, lit), key, leg.bounce
+        rows, row, (ns, ng, wo), (p_null, p_sharp, p_rough), laws.threshold, scratch, (phi, lit), key, leg.bounce, share
     )
-    more = sub(lit, phi) if len(leg.gain) and cls != CLASS_NULL else (0.0, 0.0, 0.0)
-    for c in range(3):
-        tally[EMITTED, c] += more[c]
+    more = _earned(tally, phi, lit) if len(leg.gain) and cls != CLASS_NULL else (0.0, 0.0, 0.0)
     if not goes_on:
         return alive, stored, scale(more, -1.0)
     if len(photons.inside):
@@ -306,10 +317,47 @@ def _any_hit(laws, leg, surfaces, photons, i, out, alive, deposits, stored, tall
 
 
 @inlined
-def _scatter(rows, row, frame, weights, threshold, scratch, phi, key, bounce):
+def _allowed(weights, p_deep, near, limit):
+    """Weights (null, sharp, rough, deep) of the lobes that may scatter a photon with this limit of a soft lamp."""
+    p_null, p_sharp, p_rough = weights
+    if near:
+        p_sharp, p_rough, p_deep = 0.0, 0.0, 0.0
+    if limit == STRAIGHT:
+        p_rough, p_deep = 0.0, 0.0
+    elif limit == THROUGH:
+        p_null, p_sharp = 0.0, 0.0
+    return p_null, p_sharp, p_rough, p_deep
+
+
+@inlined
+def _earned(tally, phi, lit):
+    """What a lamp's nodes change of a photon's flux, which counts as emitted."""
+    more = sub(lit, phi)
+    for c in range(3):
+        tally[EMITTED, c] += more[c]
+    return more
+
+
+@kernel
+def _goes_below(leg, rows, row, scratch, i, share, key):
+    """Whether photon i takes a SUBSURFACE lobe of its hit, with the probability `share`; it is listed then."""
+    dim = (leg.bounce + 1) * DIMENSIONS_PER_BOUNCE + DEEP_DIMENSION
+    if uniform(key, dim) >= share:
+        return False
+    k, p = pick_deep(rows, row, scratch, uniform(key, dim + 1))
+    leg.deep[0] += 1
+    leg.deep[leg.deep[0]] = i
+    leg.deep_lobe[i] = k
+    leg.deep_share[i] = share * p
+    return True
+
+
+@inlined
+def _scatter(rows, row, frame, weights, threshold, scratch, phi, key, bounce, below):
     """Next direction and flux of a photon, or its end by Russian roulette.
 
-    phi : its flux for straight passes, and for all others;  out : (whether it goes on, wi, flux, class of the lobe)
+    phi : its flux for straight passes, and for all others;  below : the share of photons that go below the surface
+    out : (whether it goes on, wi, flux, class of the lobe)
     """
     nothing = (False, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), CLASS_ROUGH)
     if weights[0] + weights[1] + weights[2] <= 0.0:
@@ -324,5 +372,5 @@ def _scatter(rows, row, frame, weights, threshold, scratch, phi, key, bounce):
     ok, wi, weight, _, _ = sample_any(rows, row, ns, ng, wo, cls, scratch, u, 1)
     if not ok:
         return False, wi, before, cls
-    survives, out = roulette(before, scale(mul(before, weight), 1.0 / p_class), uniform(key, dim + 3))
+    survives, out = roulette(before, scale(mul(before, weight), 1.0 / (p_class * (1.0 - below))), uniform(key, dim + 3))
     return survives, wi, out, cls

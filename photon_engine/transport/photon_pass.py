@@ -27,6 +27,7 @@ from .photon_kernels import (
     Births,
     Leg,
     add_up,
+    deep_lists,
     emit_at_targets,
     emit_everywhere,
     photon_step,
@@ -34,6 +35,7 @@ from .photon_kernels import (
 from .photon_rules import CAUSTIC
 from .render_scene import RenderScene
 from .shadowless import light_through
+from .subsurface import carry_below
 
 EMIT_DIMENSIONS = 6  # which light, which target, two for the point, two for the direction
 STREAMS = STREAM_EYE + 1  # how many; stream s + n STREAMS is further numbers for the same
@@ -188,6 +190,7 @@ def _carry(
     photons = _emitted(scene, run, source, desk, tally) if isinstance(source, range) else source
     n = len(photons.key)
     shines_through = isinstance(source, range) and run.mode != CAUSTIC and not scene.casts_all_shadows
+    deep = deep_lists(n, scene.plan.subsurface.runs)
     stored, rays = 0, 0
     for bounce in bounces:
         if n == 0 or cancelled():
@@ -205,8 +208,12 @@ def _carry(
         out = desk.spare[bounce % 2]
         out.lamp[:] = -1
         gain = land(scene, photons, surfaces, tally[EMITTED]) if scene.lamp_nodes else NO_GAIN
-        leg = Leg(run.mode, bounce, desk.lanes, laws, *desk.lists, gain)
+        leg = Leg(run.mode, bounce, desk.lanes, laws, *desk.lists, gain, *deep)
+        deep[0][:1] = 0
         n, stored = photon_step(scene.laws, leg, surfaces, photons, out, desk.deposits, stored, tally)
+        if len(deep[0]) and deep[0][0]:
+            n, more = carry_below(scene, leg, surfaces, photons, out, n, tally)
+            rays += more
         photons = head(out, n)
     return Carried(head(desk.deposits, stored), photons, tally, rays)
 

@@ -28,6 +28,7 @@ from .eye_pass import region_of
 from .photon_pass import PhotonRun, trace_photons
 from .photon_rules import CAUSTIC, DIFFUSE
 from .render_scene import RenderScene
+from .subsurface import footprints_below
 
 PILOT_PHOTONS = 16384
 PILOT_PIXELS = 4096
@@ -160,6 +161,8 @@ def _look(scene: RenderScene, settings: Settings, cancelled: Callable[[], bool])
         surfaces = scene.surfaces(paths.o, paths.d, paths.t_max, trail=paths.trail)
         points = empty_points(len(paths.key), scene.absorbs, scene.trails)
         onward = empty_paths(len(paths.key), scene.absorbs, scene.trails)
+        if scene.plan.subsurface:
+            footprints.append(footprints_below(scene, surfaces, paths, bounce))
         n, ended = eye_step(scene.laws, scene.rules, scene.seen_lights, surfaces, paths, bounce, onward, points, tile)
         if ended:
             hit = points.hit[:ended]

@@ -21,11 +21,12 @@ SLOW = {
     for name in (
         "mirror", "glass_clear", "glass_tinted", "glass_rough", "glass_multiscatter", "refraction", "refraction_rough",
         "principled_transmission", "principled_frosted", "principled_half_transmission", "mirrored_glass", "many",
-        "absorbing_glass",
+        "absorbing_glass", "subsurface", "subsurface_large", "subsurface_skin", "subsurface_textured",
     )
 }  # fmt: skip
-# Blender 4 shades a mesh without material matt grey, Blender 5 as a default Principled; old files look otherwise in it
-BY_VERSION = {"no_material", "clevr_objects", "blenderdiplom_glass"}
+# Blender 4 has another random walk below surfaces, and shades a mesh without material matt grey, Blender 5 as a default
+# Principled; old files look otherwise in it
+BY_VERSION = {"subsurface", "no_material", "clevr_objects", "blenderdiplom_glass"}
 SHARED_JOBS = {
     name: cycles.Job(
         builder="tests.oracle.shared:build", arguments={"name": name}, spp=64, seconds=120, target=0.0015,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from importlib import import_module
 
-MODULES = ("lights", "materials", "textures", "cameras", "geometry", "relief")
+MODULES = ("lights", "materials", "textures", "cameras", "geometry", "relief", "below")
 
 
 def all_scenes() -> dict[str, Callable[[], None]]:

@@ -8,11 +8,14 @@ import numpy as np
 
 from ...bsdf import recipes
 from ...bsdf.principled import PrincipledInputs
+from ...bsdf.subsurface import Flesh
+from ...bsdf.subsurface import subsurface as subsurface_lobes
 from ..registry import column, f32, node
 from .normals import contiguous, outward_rows
 from .relief import in_surface, radial
 from .vectors import cross, dot
 
+UNIT_RADIUS = np.ones((1, 3), f32)
 PRINCIPLED_INPUTS = frozenset(item.name for item in fields(PrincipledInputs))
 
 
@@ -123,8 +126,13 @@ def toon(x, props, points):
 
 @node("ShaderNodeSubsurfaceScattering", varies=linked_normal())
 def subsurface(x, props, points):
-    """Lambert of the same colour: light leaves where it came in."""
-    return {"BSSRDF": recipes.diffuse(x["Color"], np.zeros(1, f32), outward(x, points))}
+    """A random walk below the surface."""
+    radius = x.get("Radius", UNIT_RADIUS) * column(np.maximum(x.get("Scale", np.ones(1, f32)), 0.0))
+    flesh = Flesh(
+        radius, x.get("IOR", 1.4), x.get("Roughness", 1.0), x.get("Anisotropy", 0.0),
+        props.get("falloff", "RANDOM_WALK"),
+    )  # fmt: skip
+    return {"BSSRDF": subsurface_lobes(x["Color"], flesh, outward(x, points))}
 
 
 @node("ShaderNodeBsdfTransparent")
@@ -197,6 +205,7 @@ def principled(x, props, points):
     given["normal"] = outward(x, points)
     given["coat_normal"] = outward(x, points, "Coat Normal")
     given["distribution"] = props.get("distribution", "MULTI_GGX")
+    given["subsurface_method"] = props.get("subsurface_method", "RANDOM_WALK")
     given["tangent"] = None
     given |= stretch(x, points, "Anisotropic", "Anisotropic Rotation")
     given = {name: value for name, value in given.items() if name in PRINCIPLED_INPUTS}

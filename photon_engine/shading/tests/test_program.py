@@ -182,11 +182,16 @@ def test_a_thin_wall_passes_light_straight():
     assert program.has_null and program.has_sharp(0.1)
 
 
-def test_subsurface_is_reported_as_diffuse():
+@pytest.mark.parametrize("method", ["RANDOM_WALK", "RANDOM_WALK_SKIN", "RANDOM_WALK_LEGACY", "BURLEY"])
+def test_subsurface_scattering_is_walked(method):
+    """The profile of Christensen and Burley by a random walk, which is said."""
     b = Builder()
-    b.add("ShaderNodeBsdfPrincipled", {"BSDF": "SHADER"}, {"distribution": "GGX"}, Subsurface_Weight=("VALUE", 0.5))
-    b.program()
-    assert ["subsurface scattering is not simulated" in str(issue) for issue in b.issues] == [True]
+    props = {"distribution": "GGX", "subsurface_method": method}
+    b.add("ShaderNodeBsdfPrincipled", {"BSDF": "SHADER"}, props, Subsurface_Weight=("VALUE", 0.5))
+    program = b.program()
+    assert program.has_deep and [lobe.kind for lobe in program.lobes()][-2:] == [layout.SUBSURFACE, layout.DIFFUSE]
+    said = ["Christensen-Burley" in str(issue) for issue in b.issues]
+    assert said == ([True] if method == "BURLEY" else [])
 
 
 def test_no_output_is_black():

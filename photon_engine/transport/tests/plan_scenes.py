@@ -63,6 +63,8 @@ MATERIALS = {
     "Dark Glow": shader("Emission", Strength=0.0),
     "Painted": textured(),
     "Ink": inked(),
+    "Wax": shader("Principled", Roughness=0.4, Subsurface_Weight=1.0, Subsurface_Scale=0.5),
+    "Glazed": shader("Principled", Roughness=0.0, Subsurface_Weight=0.7, Subsurface_Scale=0.2),
 }
 
 

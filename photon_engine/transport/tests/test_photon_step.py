@@ -28,7 +28,7 @@ from ...sampling.rng import DIMENSIONS_PER_BOUNCE, uniform
 from ..lamp_nodes import NO_GAIN
 from ..matte_kernels import LANES, empty_lanes
 from ..media import Media, no_media
-from ..photon_kernels import ABSORBED, ESCAPED, Laws, Leg, Surfaces, photon_step
+from ..photon_kernels import ABSORBED, ESCAPED, Laws, Leg, Surfaces, deep_lists, photon_step
 from ..photon_pass import CHUNK, FEW, LEAST, SMALL, deal, generations
 from ..photon_rules import CAUSTIC, DIFFUSE, GLOBAL, stores
 
@@ -97,7 +97,7 @@ def one_by_one(surfaces, photons, mode: int):
 def leg_of(mode: int) -> Leg:
     """Work space of one bounce of N photons."""
     lists = [np.empty(N + 1, np.int32) for _ in range(3)]
-    return Leg(mode, BOUNCE, empty_lanes(), np.empty(1, np.uint8), *lists, NO_GAIN)
+    return Leg(mode, BOUNCE, empty_lanes(), np.empty(1, np.uint8), *lists, NO_GAIN, *deep_lists(N, False))
 
 
 @pytest.mark.parametrize("mode", [CAUSTIC, DIFFUSE, GLOBAL])

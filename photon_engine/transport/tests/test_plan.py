@@ -59,7 +59,7 @@ OTHER_NUMBERS = {"idle_lamps", "sun_rays"}
 
 # in one of these each of the others runs, in another it is left out
 RICH = (
-    {"floor": "Matte", "wall": "Matte", "pane": "Ink", "lamps": ["Bulb"], "sky": 0.5, "aperture": 0.1, "ghost": True,
+    {"floor": "Matte", "wall": "Wax", "pane": "Ink", "lamps": ["Bulb"], "sky": 0.5, "aperture": 0.1, "ghost": True,
      "spare": True},
     {"final_gather": "ALL", "diffuse_bounces": 64, "max_bounces": 64, "eye_samples": 2}, {"Depth"}, True,
 )  # fmt: skip
@@ -117,6 +117,7 @@ LEFT_OUT = [
     ("more_paths", {}, {"eye_samples": 1}, "Camera Paths is 1"),
     ("direct", {"floor": "Glass", "wall": "Mirror"}, {}, "no rough surface"),
     ("lobe_rays", {"lamps": ["Point", "Sun", "Beam"], "wall": "Satin"}, {}, "no ray can meet a light"),
+    ("subsurface", {}, {}, "no material scatters below"),
     ("see_through", {}, {}, "every surface stops light"),
     ("gather_narrow", {"wall": "Satin"}, {}, "no narrow glossy surface"),
     ("gather_all", {}, {}, "Final Gather is Glossy"),
@@ -333,7 +334,8 @@ def test_a_picture_alone_costs_its_own_work_only(name, photons, bare):
 
 def test_off_runs_everything_that_can_run():
     whole = plan(scene(floor="Black", wall="Black", pane="Black", lamps=["Sun"]), {"Depth"}, plan=False)
-    unneeded = {"lens", "media", "textures", "gather_all", "more_paths"}  # what the scene is, and settings
+    # what the scene is, and settings
+    unneeded = {"lens", "media", "subsurface", "textures", "gather_all", "more_paths"}
     assert all(getattr(whole, name) for name in LABELS if name not in unneeded)
     assert whole.direct.reason == OFF
     dark = plan(scene(lamps=[]), plan=False)
