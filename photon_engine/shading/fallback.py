@@ -50,7 +50,7 @@ def report_unsupported(item: Node, used: set[str], material: str, issues: IssueL
     if scatters_by_profile(item):
         issues.warn(
             where, "Christensen-Burley subsurface scattering is not supported",
-            "the random walk of the same radius (Fixed Radius) is used",
+            "Random Walk (Legacy) of the same radius is used",
         )  # fmt: skip
 
 
