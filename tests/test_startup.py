@@ -52,7 +52,8 @@ FEATURES = [
     ({"pane": "Glass"}, {"Caustic"}, {"islands.join_edges", "photon_kernels.emit_at_targets", "targets.estimate_flux"}),
     ({"pane": "Ink"}, {"Caustic"}, {"media.absorb"}),
     ({"pane": "Painted"}, {"Direct"}, {"surface.surface_points"}),
-    ({"pane": "Wax"}, {"Direct"}, {"deep_kernels.eyes_below", "walk_kernels.aim", "walk_kernels.advance"}),
+    ({"pane": "Wax"}, {"Direct"}, {"deep_kernels.draw_all", "deep_kernels.eyes_below", "walk_kernels.aim",
+                                   "walk_kernels.advance"}),
     ({"pane": "Wax"}, {"Diffuse"}, {"deep_kernels.landings_below", "deep_kernels.photons_below",
                                     "deep_kernels.photons_out"}),
 ]  # fmt: skip
