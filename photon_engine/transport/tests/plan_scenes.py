@@ -43,6 +43,23 @@ def inked():
     return graph
 
 
+def sheltered(kind):
+    """A colour, or a normal, that rays of the node's own find out."""
+    if kind == "Bevel":
+        inputs = {"Radius": Socket(0.1), "Normal": Socket(None, kind="VECTOR")}
+        near = Node("ShaderNodeBevel", kind, {"samples": 2}, inputs, {"Normal": "VECTOR"})
+        inputs = {"Color": Socket([0.7, 0.8, 0.6, 1.0], kind="RGBA"), "Roughness": Socket(0.0),
+                  "Normal": Socket(None, 0, "Normal", "VECTOR")}  # fmt: skip
+    else:
+        inputs = {"Color": Socket([0.9, 0.8, 0.7, 1.0], kind="RGBA"), "Distance": Socket(1.0),
+                  "Normal": Socket(None, kind="VECTOR")}  # fmt: skip
+        props = {"samples": 2, "inside": False, "only_local": False}
+        near = Node("ShaderNodeAmbientOcclusion", kind, props, inputs, {"Color": "RGBA", "AO": "VALUE"})
+        inputs = {"Color": Socket(None, 0, "Color", "RGBA"), "Roughness": Socket(0.0)}
+    diffuse = Node("ShaderNodeBsdfDiffuse", "Diffuse", {}, inputs, {"BSDF": "SHADER"})
+    return Graph([near, diffuse], Socket(None, 1, "BSDF", "SHADER"))
+
+
 MATTE = shader("Diffuse", Roughness=0.0)
 MATERIALS = {
     "Matte": MATTE,
@@ -62,6 +79,8 @@ MATERIALS = {
     "Glow": shader("Emission", Strength=2.0),
     "Dark Glow": shader("Emission", Strength=0.0),
     "Painted": textured(),
+    "Sooty": sheltered("Ambient Occlusion"),
+    "Worn": sheltered("Bevel"),
     "Ink": inked(),
     "Wax": shader("Principled", Roughness=0.4, Subsurface_Weight=1.0, Subsurface_Scale=0.5),
     "Glazed": shader("Principled", Roughness=0.0, Subsurface_Weight=0.7, Subsurface_Scale=0.2),
