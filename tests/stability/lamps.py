@@ -112,13 +112,29 @@ def _fireflies(name: str, lamp, most: float, short: bool = False) -> None:
 for name, lamp, most in (
     ("an area lamp", s.area_lamp((0, 0, 0.95), (0, 0, 0), 0.5, 3.0), 5.0),
     ("a lamp that goes through a wall", s.area_lamp((0.99, 0, 0), (0.99, 0, -1.0), 0.5, 3.0), 10.0),
-    ("a point 1 mm off a wall", s.point_lamp((0.999, 0.0, 0.0), 0.0, 3.0), 10.0),
     ("a ball that sticks in the ceiling", s.point_lamp((0.0, 0.0, 1.0), 0.2, 3.0), 10.0),
     ("a sun of 1e-4 degrees", s.sun_lamp((0.3, 1.0, -0.7), 1e-4, 3.0), 5.0),
     ("a spot of 2 degrees", Light("Spot", "SPOT", s.look_at((0, 0, 0.9), (0, 0, -1)), (3.0, 3.0, 3.0),
                                   spot_size=np.radians(2.0)), 40.0),  # covers a thirtieth of a pixel
 ):  # fmt: skip
     _fireflies(name, lamp, most, short=name == "an area lamp")
+
+
+@case("lights", "fireflies by a point 1 mm off a wall", "none above its foot's radiance; elsewhere as above, 10 times")
+def near_a_wall() -> Finding:
+    """The pixel of the foot is a thousand times brighter in its middle than in its mean, and one pass may meet that."""
+    scene, height, power = plain(), 1e-3, 3.0
+    scene.lights = [s.point_lamp((1.0 - height, 0.0, 0.0), 0.0, power)]
+    settings = {"light_samples": 4, "diffuse_photons": 0, "caustic_photons": 0}
+    long, shot = shoot(scene, 64, seed=1, **settings), shoot(scene, 16, seed=2, **settings)
+    truth = long.mean("Direct").mean(axis=2)
+    foot = np.zeros_like(truth)
+    foot[np.unravel_index(truth.argmax(), truth.shape)] = 1.0
+    away = maximum_filter(foot, 3) == 0.0
+    truth = np.maximum(maximum_filter(np.where(away, truth, 0.0), 3), truth[away].mean())
+    ratio = float((shot.passes["Direct"].mean(axis=3) / truth)[:, away].max())
+    top = float(shot.passes["Direct"].max() / (power / (4.0 * np.pi * height**2) / np.pi))
+    return Finding(ratio <= 10.0 and top <= 1.0, f"{ratio:.1f}; {top:.2f} of a white foot's radiance", shot.seconds)
 
 
 @case("lights", "area through a wall", "no pixel of a pass above 4 times albedo times the lamp's radiance", short=True)
