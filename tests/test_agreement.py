@@ -21,7 +21,7 @@ QUICK = (
     "area_disk area_spread area_square curve_and_text depth_of_field diffuse_rough displacement_true fresnel_mix "
     "glass_clear glass_rough glossy_02 glossy_multiscatter hidden_and_holdout image_linear many mirrored_glass "
     "normal_map point_soft point_sphere principled_alpha principled_coat principled_default principled_metal "
-    "principled_transmission smooth_and_flat spot_ellipse spot_soft subsurface subsurface_skin sun_delta sun_wide "
+    "principled_transmission smooth_and_flat spot_ellipse spot_soft subsurface sun_delta sun_wide "
     "textured_glow through_veil translucent world_sky world_sun"
 ).split()
 CHOSEN = ALL if os.environ.get("PHOTON_MAP_AGREEMENT") == "all" else QUICK
