@@ -121,7 +121,7 @@ def light_up(scene) -> None:
     scene.world.node_tree.nodes["Background"].inputs[0].default_value = (0.3, 0.35, 0.4, 1.0)
     scene.render.engine = "CYCLES"
     scene.render.resolution_x, scene.render.resolution_y = WIDTH, HEIGHT
-    scene.cycles.samples = 256
+    scene.cycles.samples = 1024  # with 256 the ball of rough glass came out 7% too dark in a block
     scene.cycles.use_adaptive_sampling = scene.cycles.use_denoising = False
     scene.cycles.sample_clamp_indirect = scene.cycles.blur_glossy = 0.0
     scene.cycles.pixel_filter_type = "BOX"
@@ -158,9 +158,10 @@ def test_exported_and_imported(tmp_path: Path):
     renderer.prepare(lambda text: None)
     passes = [renderer.render_pass(i, lambda: False) for i in range(24)]
     renderer.close()
-    ours = sum(np.mean([p[name] for p in passes], axis=0) for name in LIGHT if name in passes[0])
-    ours = ours.reshape(HEIGHT, WIDTH, 3)
-    np.save(tmp_path / "ours.npy", ours)
+    names = [name for name in LIGHT if name in passes[0]]
+    each = np.array([blocks(sum(p[name].reshape(HEIGHT, WIDTH, 3) for name in names)) for p in passes])
+    ours, noise = each.mean(axis=0), each.std(axis=0, ddof=1) / len(each) ** 0.5
     assert not list(issues), list(issues)
-    error = np.abs(blocks(ours) - blocks(theirs)) / (blocks(theirs) + 0.05)
-    assert error.mean() < 0.01 and error.max() < 0.06, (error.mean(), error.max())
+    error = np.abs(ours - blocks(theirs)) / (blocks(theirs) + 0.05)
+    allowed = 0.03 + 3.5 * noise / (blocks(theirs) + 0.05)  # Cycles has noise too, about 1%
+    assert error.mean() < 0.01 and (error < allowed).all(), (error.mean(), (error / allowed).max())
