@@ -12,6 +12,7 @@ from ..scene.data import SceneData
 from ..settings import Settings
 from ..shading.material import compile_material
 from ..shading.program import Program
+from ..shading.textures import texture_bytes
 from ..survey import survey
 
 
@@ -35,6 +36,7 @@ def summarize(
         "triangles": sum(triangles[mesh] * n for mesh, n in used.items()),
         "materials": [material.name for material in scene.materials],
         "images": [image.name for image in scene.images],
+        "image_mb": texture_bytes(scene.images) / 1e6,
         "nodes": dict(Counter(node.type for material in scene.materials for node in material.graph.nodes)),
         "lights": [f"{light.name} ({light.kind})" for light in scene.lights],
         "world": scene.world.name,
@@ -62,7 +64,7 @@ def summary_text(record: dict[str, Any], issues: IssueLog) -> str:
         "camera": record["camera"],
         "objects": f"{record['instances']} of {record['meshes']} meshes, {record['triangles']} triangles",
         "materials": ", ".join(record["materials"]) or "none",
-        "images": ", ".join(record["images"]) or "none",
+        "images": f"{', '.join(record['images'])}: {record['image_mb']:.3g} MB" if record["images"] else "none",
         "lights": ", ".join(record["lights"]) or "none",
         "budget": " or ".join(budget) or "no limit",
         "photons": f"{settings['caustic_photons']} caustic, {settings['diffuse_photons']} diffuse in each pass",
