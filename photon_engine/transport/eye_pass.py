@@ -72,9 +72,28 @@ class EyeRun(NamedTuple):
 def render_tiles(
     scene: RenderScene, pool: Executor, run: EyeRun, maps: Maps, picture: Tile, cancelled: Callable[[], bool]
 ) -> int:
-    """Draw every pixel of the region into the picture (arrays of n pixels); out: rays traced."""
-    starts = range(0, len(picture.alpha), PIXELS_AT_ONCE)
-    return sum(pool.map(partial(_render_tile, scene, run, maps, picture, cancelled), starts))
+    """Draw every pixel of the region into the picture (arrays of n pixels), the mean of its paths; out: rays traced.
+
+    Threads share runs of pixels and the paths through them: a small picture has too few runs to share out evenly.
+    """
+    parts = [(first, k) for first in range(0, len(picture.alpha), PIXELS_AT_ONCE) for k in range(run.paths)]
+    rays = 0
+    for (first, k), (tile, traced) in zip(
+        parts, pool.map(partial(_render_part, scene, run, maps, picture, cancelled), parts), strict=True
+    ):
+        rays += traced
+        if k > 0:
+            for total, part in zip(_part(picture, first), tile, strict=True):
+                total += part
+    if run.paths > 1:
+        for total in picture:
+            total *= np.float32(1.0 / run.paths)
+    return rays
+
+
+def _part(picture: Tile, first: int) -> Tile:
+    """One run of a picture's pixels."""
+    return Tile(*(field[first : first + PIXELS_AT_ONCE] for field in picture))
 
 
 def region_of(frame, stride: int = 1, path: int = 0, paths: int = 1) -> np.ndarray:
@@ -87,19 +106,15 @@ def room_for(scene: RenderScene, splits: np.ndarray) -> int:
     return len(splits) + int(np.count_nonzero(splits)) * (scene.most_ways - 1)
 
 
-def _render_tile(scene: RenderScene, run: EyeRun, maps: Maps, picture: Tile, cancelled, first: int) -> int:
-    """One run of pixels, the mean of all paths through them."""
-    tile = Tile(*(field[first : first + PIXELS_AT_ONCE] for field in picture))
-    rays = _render_paths(scene, run, maps, tile, cancelled, first, 0)
-    for k in range(1, run.paths):
-        more = empty_tile(len(tile.alpha), scene.plan.guides.runs)
-        rays += _render_paths(scene, run, maps, more, cancelled, first, k)
-        for total, part in zip(tile, more, strict=True):
-            total += part
-    if run.paths > 1:
-        for total in tile:
-            total *= np.float32(1.0 / run.paths)
-    return rays
+def _render_part(
+    scene: RenderScene, run: EyeRun, maps: Maps, picture: Tile, cancelled: Callable[[], bool], part: tuple[int, int]
+) -> tuple[Tile, int]:
+    """A run of pixels by their k-th paths, the first ones in the picture itself; out: the tile, rays traced."""
+    first, k = part
+    tile = _part(picture, first)
+    if k > 0:
+        tile = empty_tile(len(tile.alpha), scene.plan.guides.runs)
+    return tile, _render_paths(scene, run, maps, tile, cancelled, first, k)
 
 
 def _render_paths(scene: RenderScene, run: EyeRun, maps: Maps, tile: Tile, cancelled, first: int, k: int) -> int:
