@@ -17,6 +17,7 @@ from ..vec import dot, madd, normalize, scale
 from .diffuse import sample_cosine
 from .fields import field3
 from .frame import facet_normal, lobe_normal, negate, shading_ratio
+from .layering import class_total
 from .layout import (
     ANISOTROPY,
     CLASS_DEEP,
@@ -33,39 +34,21 @@ from .layout import (
 from .microfacet import DELTA_ALPHA, ggx_lambda, sample_vndf
 
 LEAST_ALBEDO = 0.2  # of single scattering: a lower one is walked as this one, with less weight
-MOST_ALBEDO = 0.999999
+MOST_ALBEDO = 0.999999  # the diffusion length of a white medium is infinite
 UP = (0.0, 0.0, 1.0)
 
 
 @kernel
 def has_deep(rows, row):
     """Whether a row has a SUBSURFACE lobe."""
-    for k in range(rows.kind.shape[1]):
-        if rows.kind[row, k] == NONE:
-            return False
-        if rows.kind[row, k] == SUBSURFACE:
-            return True
-    return False
-
-
-@kernel
-def deep_total(rows, row, scratch):
-    """Summed sampling weight of the SUBSURFACE lobes of a prepared row."""
-    total = 0.0
-    for k in range(rows.kind.shape[1]):
-        if rows.kind[row, k] == NONE:
-            break
-        if scratch[k, 4] == CLASS_DEEP:
-            total += scratch[k, 3]
-    return total
+    return same_deep(rows, row, 0) >= 0
 
 
 @kernel
 def pick_deep(rows, row, scratch, u):
     """A SUBSURFACE lobe of a prepared row by sampling weight, and its probability; -1: there is none."""
-    x = u * deep_total(rows, row, scratch)
-    total = x / u if u > 0.0 else deep_total(rows, row, scratch)
-    last, p = -1, 0.0
+    total = class_total(rows, row, scratch, CLASS_DEEP)
+    x, last, p = u * total, -1, 0.0
     for k in range(rows.kind.shape[1]):
         if rows.kind[row, k] == NONE:
             break
@@ -124,7 +107,7 @@ def _fitted_albedo(c, g):
 
 @kernel
 def medium(rows, row, k):
-    """What lobe k walks through: (scattering albedo rgb, extinction rgb [1/m], g, weight rgb of what it lets in).
+    """What lobe k walks through: (albedo rgb of single scattering, extinction rgb [1/m], g); weight rgb of what enters.
 
     The weight is over the lobe's albedo, which the walk itself brings about.
     """
@@ -135,7 +118,7 @@ def medium(rows, row, k):
     t, o = _let_in(single_albedo(color[2], g, law), color[2])
     ahead = 1.0 if law == WALK or g < 0.0 else 1.0 / (1.0 - g)
     sigma = (ahead / max(path[0], 1e-16), ahead / max(path[1], 1e-16), ahead / max(path[2], 1e-16))
-    return (r, s, t), sigma, g, (p, q, o)
+    return ((r, s, t), sigma, g), (p, q, o)
 
 
 @kernel

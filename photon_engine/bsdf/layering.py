@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ..jit import kernel
+from ..jit import inlined, kernel
 from ..vec import dot, luminance, max3, mul
 from .albedo import glass_estimate, multiscatter, reflect_albedo
 from .fields import ONE, field3
@@ -66,6 +66,18 @@ def lobe_class(rows, row, k, threshold):
     return CLASS_ROUGH
 
 
+@inlined
+def class_total(rows, row, scratch, cls):
+    """Summed sampling weight of the lobes of a class in a prepared row; beyond the row scratch holds another's."""
+    total = 0.0
+    for k in range(rows.kind.shape[1]):
+        if rows.kind[row, k] == NONE:
+            break
+        if scratch[k, 4] == cls:
+            total += scratch[k, 3]
+    return total
+
+
 @kernel
 def is_plain(rows, row):
     """Whether the row is one lobe of the same weight from all sides: Lambert, evenly tinted glass, plain mirror."""
@@ -75,7 +87,7 @@ def is_plain(rows, row):
     if kind == DIFFUSE:
         return True
     p = rows.params
-    if (kind != GLASS and kind != REFLECT) or (p[row, 0, MULTISCATTER] != 0.0 and p[row, 0, ROUGHNESS] >= 0.01):
+    if (kind != GLASS and kind != REFLECT) or (p[row, 0, MULTISCATTER] != 0.0 and p[row, 0, ROUGHNESS] >= IDEAL):
         return False
     if kind == REFLECT:
         return p[row, 0, FRESNEL] == FRESNEL_NONE
@@ -175,7 +187,6 @@ def passes_below(rows, row, k, albedo, mu):
 @kernel
 def weigh(rows, row, ns, ng, wo, scratch, column):
     """Effective weights seen from wo into scratch[k, column : column + 3].
-
 
     Returns the number of lobes in the row. With column 0, scratch[k, 3] gets the luminance of weight times albedo.
     """

@@ -12,7 +12,7 @@ from .diffuse import INV_PI
 from .fields import field3
 from .frame import facet_normal, lobe_normal, negate, shading_ratio
 from .glass import is_delta, sample_clear, sample_glass, side_eta
-from .layering import is_lambert, is_plain, lobe_class, weigh, weigh_plain
+from .layering import class_total, is_lambert, is_plain, lobe_class, weigh, weigh_plain
 from .layout import (
     CLASS_NULL,
     CLASS_ROUGH,
@@ -276,10 +276,4 @@ def eval_any(rows, row, ns, ng, wo, wi, scratch):
     cos = abs(dot(ns, wi))
     if density <= 0.0 or cos < EPSILON:
         return BLACK, 0.0
-    total = 0.0
-    for k in range(rows.kind.shape[1]):
-        if rows.kind[row, k] == NONE:
-            break
-        if scratch[k, 4] == CLASS_ROUGH:
-            total += scratch[k, 3]
-    return scale(value, 1.0 / cos), density / total
+    return scale(value, 1.0 / cos), density / class_total(rows, row, scratch, CLASS_ROUGH)

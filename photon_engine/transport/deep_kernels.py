@@ -31,7 +31,7 @@ def _look_below(laws, surfaces, i, wo, beta, key, walkers, count):
     k, share = pick_deep(rows, row, scratch, uniform(key, PICK))
     if k < 0:
         return count
-    stuff = medium(rows, row, k)
+    inner, entering = medium(rows, row, k)
     weight = scale((scratch[k, 0], scratch[k, 1], scratch[k, 2]), 1.0 / share)
     s = kept(max3(mul(beta, weight)), key, KEEP)
     if s <= 0.0:
@@ -39,8 +39,8 @@ def _look_below(laws, surfaces, i, wo, beta, key, walkers, count):
     ok, d, n = enter(rows, row, k, ns, ng, wo, (uniform(key, WAY), uniform(key, WAY2)))
     if not ok:
         return count
-    beta = scale(mul(beta, mul(weight, stuff[3])), s)
-    return count + 1 if begin(walkers, count, i, k, key, surfaces, n, d, beta, stuff) else count
+    beta = scale(mul(beta, mul(weight, entering)), s)
+    return count + 1 if begin(walkers, count, i, k, key, surfaces, n, d, beta, inner) else count
 
 
 @kernel
@@ -102,14 +102,14 @@ def photons_below(surfaces, leg, photons, walkers):
         lit = dot(n, wo)
         if lit <= 0.0:
             continue
-        stuff = medium(rows, row, k)
+        inner, entering = medium(rows, row, k)
         s = shading_ratio(lit, dot(near, wo)) / leg.deep_share[i]
         phi = load3(photons.phi, i)
         if len(leg.gain):
             phi = mul(phi, load3(leg.gain, i))
-        beta = scale(mul(phi, stuff[3]), s)
+        beta = scale(mul(phi, entering), s)
         d = negate(sample_cosine(near, uniform(key, WAY), uniform(key, WAY2)))
-        if dot(d, near) < 0.0 and begin(walkers, count, i, k, key, surfaces, near, d, beta, stuff):
+        if dot(d, near) < 0.0 and begin(walkers, count, i, k, key, surfaces, near, d, beta, inner):
             count += 1
     return count
 

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 
-from ..bsdf.deep import deep_total
-from ..bsdf.layering import IDEAL
-from ..bsdf.layout import CLASS_NULL, CLASS_ROUGH, CLASS_SHARP, HOLDOUT, NONE, ROUGHNESS, TRANSPARENT
+from ..bsdf.layering import IDEAL, class_total
+from ..bsdf.layout import CLASS_DEEP, CLASS_NULL, CLASS_ROUGH, CLASS_SHARP, HOLDOUT, NONE, ROUGHNESS, TRANSPARENT
 from ..bsdf.split import is_fork, sample_side, sides, straight_through
 from ..bsdf.surface import emission, prepare, sample
 from ..film.passes import BACKGROUND_DEPTH
@@ -225,7 +224,7 @@ def _is_matte(surfaces, paths, i, weights):
     """Whether hit i, prepared, has lobes that guide the denoiser; not asked where a path has met some already."""
     if weights[2] > 0.0:
         return True
-    return paths.unguided[i] and deep_total(surfaces.rows, surfaces.row[i], surfaces.scratch) > 0.0
+    return paths.unguided[i] and class_total(surfaces.rows, surfaces.row[i], surfaces.scratch, CLASS_DEEP) > 0.0
 
 
 @kernel

@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..bsdf.deep import deep_total, pick_deep
-from ..bsdf.layering import is_ideal, is_lambert
-from ..bsdf.layout import CLASS_NULL, CLASS_ROUGH, CLASS_SHARP, LobeRows
+from ..bsdf.deep import pick_deep
+from ..bsdf.layering import class_total, is_ideal, is_lambert
+from ..bsdf.layout import CLASS_DEEP, CLASS_NULL, CLASS_ROUGH, CLASS_SHARP, LobeRows
 from ..bsdf.surface import prepare_any, sample_any
 from ..geometry.flatten import Geometry
 from ..geometry.surface import leave, surface_point
@@ -275,7 +275,7 @@ def _any_hit(laws, leg, surfaces, photons, i, out, alive, deposits, stored, tall
     weights = prepare_any(rows, row, ns, ng, wo, laws.threshold, scratch)
     seen, key, limit = photons.seen[i], photons.key[i], photons.dark[i]
     near = surfaces.t[i] < limit  # a soft lamp does not light it, but shines on through it
-    p_deep = deep_total(rows, row, scratch) if len(leg.deep) else 0.0
+    p_deep = class_total(rows, row, scratch, CLASS_DEEP) if len(leg.deep) else 0.0
     p_null, p_sharp, p_rough, p_deep = _allowed(weights, p_deep, near, limit)
     if p_rough + p_deep > 0.0 and stores(leg.mode, seen) and (len(leg.gain) == 0 or max3(lit) > 0.0):
         store3(deposits.position, stored, p)

@@ -61,13 +61,13 @@ def empty_walkers(n: int) -> Walkers:
 
 
 @kernel
-def begin(walkers, j, lane, lobe, key, surfaces, normal, d, beta, stuff):
-    """Write walk j from hit `lane` along d; stuff : what `deep.medium` says of its lobe. Out: whether it can walk."""
-    albedo, sigma, g, _ = stuff
+def begin(walkers, j, lane, lobe, key, surfaces, normal, d, beta, inner):
+    """Write walk j from hit `lane` along d; inner : the medium, as of `deep.medium`. Out: whether light goes along."""
+    if max3(beta) <= 0.0:
+        return False
+    albedo, sigma, g = inner
     a = max3(albedo)
     length = 1.0 / math.sqrt(1.0 - a ** (2.44294 - 0.0215813 * a + 0.578637 / a))  # [d'Eon and Krivanek 2020, Eq. 67]
-    if max3(beta) <= 0.0 or length <= 1.0:
-        return False
     prim, u, v = surfaces.prim[lane], surfaces.u[lane], surfaces.v[lane]
     p, _, _ = surface_point(surfaces.geometry, prim, float(u), float(v))
     walkers.lane[j], walkers.lobe[j], walkers.key[j] = lane, lobe, key
