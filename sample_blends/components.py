@@ -3,11 +3,14 @@
 Our own engine with gather radii of half a pixel to a pixel and three times the photons of the default, until its noise
 is a few percent: the truth of a short run's noise and of what its radius smears. Whether the engine as a whole is
 right is another question, put by the references of references.py.
+
+Those of 64 x 64 are for the tests; those of 128 x 128, NAME_128.exr, for ``report`` beside the references of that
+size: ``python sample_blends/components.py --size 128 --seconds 110 NAME ...``.
 """
 
 from __future__ import annotations
 
-import json
+import argparse
 import logging
 import os
 import sys
@@ -15,7 +18,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-import OpenImageIO as oiio
 
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent))
@@ -24,6 +26,7 @@ from photon_engine.driver.session import Session  # noqa: E402
 from photon_engine.film.accumulate import Film  # noqa: E402
 from photon_engine.film.error import ERROR_NAMES, squared_noise  # noqa: E402
 from photon_engine.issues import IssueLog  # noqa: E402
+from photon_engine.report.reference import Known, read_reference, write_reference  # noqa: E402
 from photon_engine.settings import Settings  # noqa: E402
 
 FOLDER = HERE / "references" / "components"
@@ -35,7 +38,6 @@ SETTINGS = Settings(
     passes=0, seconds=SECONDS, seed=1000, caustic_photons=300_000, diffuse_photons=300_000, light_samples=8,
     caustic_radius=1.0, diffuse_radius=1.5,
 )  # fmt: skip
-ATTRIBUTE = "photon_map:components"
 
 
 class Components(NamedTuple):
@@ -46,62 +48,55 @@ class Components(NamedTuple):
     meta: dict
 
 
+def path_of(name: str, size: int = SIZE) -> Path:
+    """Where the run of a sample is kept."""
+    return FOLDER / (f"{name}.exr" if size == SIZE else f"{name}_{size}.exr")
+
+
 def write(path: Path, film: Film, meta: dict) -> None:
-    """A half-float EXR with the channels NAME.R, NAME.G, NAME.B, NAME.se."""
+    """All pictures that are not black, with their standard errors, rms over channels."""
     names = [name for name in ERROR_NAMES if film.mean(name).any()]
-    layers = []
-    for name in names:
-        layers += [film.mean(name), np.sqrt(squared_noise(film, name).mean(axis=2, keepdims=True))]
-    spec = oiio.ImageSpec(film.width, film.height, 4 * len(names), "half")
-    spec.channelnames = tuple(f"{name}.{letter}" for name in names for letter in ("R", "G", "B", "se"))
-    spec.attribute("compression", "zip")
-    spec.attribute(ATTRIBUTE, json.dumps(meta))
-    path.parent.mkdir(parents=True, exist_ok=True)
-    pixels = np.ascontiguousarray(np.concatenate(layers, axis=2)[::-1], np.float32)
-    out = oiio.ImageOutput.create(str(path))
-    if not out or not out.open(str(path), spec) or not out.write_image(pixels):
-        raise OSError(f"{path}: {oiio.geterror()}")
-    out.close()
+    se = {name: np.sqrt(squared_noise(film, name).mean(axis=2, keepdims=True)) for name in names}
+    write_reference(path, {name: Known(film.mean(name), se[name]) for name in names}, meta)
 
 
 def read(name: str) -> Components:
     """The stored run of a sample."""
-    source = oiio.ImageInput.open(str(FOLDER / f"{name}.exr"))
-    if source is None:
-        raise OSError(f"{name}: {oiio.geterror()}")
-    channels = list(source.spec().channelnames)
-    meta = json.loads(source.spec().getattribute(ATTRIBUTE))
-    pixels = np.asarray(source.read_image(oiio.FLOAT), np.float32)[::-1]
-    source.close()
-    found = [item for item in ERROR_NAMES if f"{item}.se" in channels]
-    mean = {item: pixels[..., [channels.index(f"{item}.{letter}") for letter in "RGB"]] for item in found}
-    return Components(mean, {item: pixels[..., [channels.index(f"{item}.se")]] for item in found}, meta)
+    pictures, meta = read_reference(path_of(name))
+    mean = {item: known.mean for item, known in pictures.items()}
+    return Components(mean, {item: known.se for item, known in pictures.items() if known.se is not None}, meta)
 
 
-def open_sample(name: str):
-    """SceneData of a sample at SIZE x SIZE; in a process that has Blender."""
+def open_sample(name: str, size: int = SIZE):
+    """SceneData of a sample at size x size; in a process that has Blender."""
     from photon_engine.blender.load import Options, load_blend
 
-    return load_blend(HERE / f"{name}.blend", Options(None, None, None, (SIZE, SIZE)), IssueLog())[0]
+    return load_blend(HERE / f"{name}.blend", Options(None, None, None, (size, size)), IssueLog())[0]
 
 
-def make(name: str) -> dict:
+def make(name: str, size: int, seconds: float) -> dict:
     """Render one and write it."""
-    session = Session(open_sample(name), SETTINGS, IssueLog())
+    settings = SETTINGS.replace(seconds=seconds)
+    session = Session(open_sample(name, size), settings, IssueLog())
     session.render()
-    meta = {"sample": name, "passes": session.film.count, "settings": SETTINGS.to_dict()}
-    write(FOLDER / f"{name}.exr", session.film, meta)
+    meta = {"sample": name, "passes": session.film.count, "settings": settings.to_dict()}
+    write(path_of(name, size), session.film, meta)
     return meta
 
 
-def main(names: list[str]) -> None:
+def main() -> None:
     """Make those named, or all."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"default: {' '.join(SAMPLES)}")
+    parser.add_argument("--size", type=int, default=SIZE, metavar="PX")
+    parser.add_argument("--seconds", type=float, default=SECONDS, metavar="S")
+    given = parser.parse_args()
     logging.basicConfig(level=logging.INFO, format="%(message)s")
-    for name in names or SAMPLES:
-        logging.info("%s", make(name))
+    for name in given.names or SAMPLES:
+        logging.info("%s", make(name, given.size, given.seconds))
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main()
     sys.stdout.flush()
     os._exit(0)

@@ -9,14 +9,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from ..driver.log import machine, write_json
 from ..film.output import OutputError
 from ..issues import RenderError
-from .metrics import Errors, errors
-from .plot import load_matplotlib, plot
-from .runs import CYCLES, CYCLES_DENOISED, OURS, OURS_DENOISED, SE, Run, Task, cycles, ours, read_reference
+from .metrics import Errors, errors, noise_figure
+from .plot import by_line, load_matplotlib, plot
+from .reference import Known, References, choose
+from .runs import CYCLES, CYCLES_DENOISED, OURS, OURS_DENOISED, Run, Task, cycles, ours
 from .speed import compare, medians
 
 Say = Callable[[str], None]
@@ -31,8 +30,9 @@ def add_arguments(command: argparse.ArgumentParser) -> None:
     command.add_argument("scenes", nargs="+", metavar="SCENE.blend")
     command.add_argument("--against", choices=["cycles"], help="render with Cycles too, as is and denoised")
     command.add_argument("--seconds", type=_seconds, default=SECONDS, metavar="S,S,...", help="default: 2,4,8,16,32")
-    command.add_argument("--reference", metavar="REF.exr",
-                         help="default: a long run of our own, which cannot show faults of ours")  # fmt: skip
+    command.add_argument("--reference", action="append", default=[], metavar="REF.exr",
+                         help="may be repeated: of Combined, Direct, Caustic, ... the first file that holds it counts; "
+                              "default: a long run of our own, which cannot show faults of ours")  # fmt: skip
     command.add_argument("--resolution", type=_resolution, metavar="WxH", help="default: the reference's, or 256x256")
     command.add_argument("--threads", type=int, default=os.cpu_count() or 1, metavar="N", help="of every engine")
     command.add_argument("--repeat", type=int, default=1, metavar="N", help="runs of each, whose medians are told")
@@ -82,36 +82,44 @@ def run(arguments: argparse.Namespace, say: Say) -> None:
 
 def report(blend: Path, arguments: argparse.Namespace, folder: Path, say: Say) -> dict[str, Any]:
     """All renders of one scene, paired in time; writes NAME.json, .png and .svg and says the table."""
-    known = read_reference(Path(arguments.reference)) if arguments.reference else None
-    size = arguments.resolution or ((known["Combined"].shape[1], known["Combined"].shape[0]) if known else SIZE)
+    known = choose(arguments.reference) if arguments.reference else None
+    size = arguments.resolution or (known.size if known else SIZE)
     task = Task(blend, size, arguments.threads, tuple(arguments.set))
-    points: list[dict[str, Any]] = []
+    runs: list[dict[str, Any]] = []
     with tempfile.TemporaryDirectory() as temporary:
         place = Path(temporary)
-        source = arguments.reference or f"ours, {LONGER * max(arguments.seconds):g} s with {REFERENCE_SETTINGS}"
         if known is None:
             say(f"{blend.stem}: reference ...")
-            long_task = task._replace(settings=(*task.settings, *REFERENCE_SETTINGS))
-            known = ours(long_task, LONGER * max(arguments.seconds), False, place).pictures
+            known = long_run(task, LONGER * max(arguments.seconds), place)
+        say(f"{blend.stem}: held against {known.told()}")
         for seconds in arguments.seconds:
             for seed in range(max(arguments.repeat, 1)):
                 for engine, render in engines(arguments):
                     say(f"{blend.stem}: {engine}, {seconds:g} s ...")
-                    points += judge(engine, seconds, render(task._replace(seed=seed), seconds, place), known)
-    runs, points = points, medians(points)
+                    runs += judge(engine, seconds, render(task._replace(seed=seed), seconds, place), known.pictures)
+    points = medians(runs)
     told = compare(points) if arguments.against else []
     record = {
-        "scene": blend.name, "resolution": list(size), "threads": arguments.threads, "reference": source,
+        "scene": blend.name, "resolution": list(size), "threads": arguments.threads, "reference": known.sources,
+        "reference_relMSE": {name: noise_figure(each) for name, each in known.pictures.items() if each.se is not None},
         "settings": list(arguments.set), "machine": machine(), "points": points, "runs": runs,
         "against": [item._asdict() for item in told],
     }  # fmt: skip
     write_json(folder / f"{blend.stem}.json", record)
-    paths = plot(points, f"{blend.stem}, {size[0]} x {size[1]}, {arguments.threads} threads", folder / blend.stem)
+    title = f"{blend.stem}, {size[0]} x {size[1]}, {arguments.threads} threads"
+    paths = plot(points, title, f"held against {known.told()}", folder / blend.stem)
     say(table(points))
     for item in told:
         say(str(item))
     say(", ".join(str(path) for path in (folder / f"{blend.stem}.json", *paths)))
     return record
+
+
+def long_run(task: Task, seconds: float, place: Path) -> References:
+    """A reference of our own: all light passes."""
+    pictures = ours(task._replace(settings=(*task.settings, *REFERENCE_SETTINGS)), seconds, False, place).pictures
+    source = f"ours, {seconds:g} s with {' '.join(REFERENCE_SETTINGS)}"
+    return References({name: Known(picture) for name, picture in pictures.items()}, dict.fromkeys(pictures, source))
 
 
 def engines(arguments: argparse.Namespace) -> list[tuple[str, Callable[[Task, float, Path], Run]]]:
@@ -125,24 +133,29 @@ def engines(arguments: argparse.Namespace) -> list[tuple[str, Callable[[Task, fl
     return found
 
 
-def judge(engine: str, asked: float, result: Run, known: dict[str, np.ndarray]) -> list[dict[str, Any]]:
-    """The errors of a run's pictures, as one record each; components only of raw pictures of ours."""
+def judge(engine: str, asked: float, result: Run, known: dict[str, Known]) -> list[dict[str, Any]]:
+    """The errors of a run's pictures, as one record each; components only of raw pictures of ours.
+
+    A component that is black in the reference is one that the scene does not have, and is left out.
+    """
     parts = [name for name in result.pictures if name in known and (name == "Combined" or engine == OURS)]
     shared = {"engine": engine, "asked_seconds": asked, "seconds": result.seconds, "cpu_seconds": result.cpu,
               "setup_seconds": result.setup}  # fmt: skip
     found = {
-        name: errors(result.pictures[name], known[name], known.get(f"{name}{SE}"))
+        name: errors(result.pictures[name], known[name])
         for name in parts
-        if name == "Combined" or known[name].any()
+        if name == "Combined" or known[name].mean.any()
     }
     return [{**shared, "part": name, **figures._asdict(), "detail": result.detail} for name, figures in found.items()]
 
 
 def table(points: list[dict[str, Any]]) -> str:
-    """The figures in columns."""
+    """The figures in columns, a block of rows for each line of the plot: engines first, then components of ours."""
     head = f"{'engine':<22}{'picture':<13}{'seconds':>8}{'cpu':>8}"
     lines = [head + "".join(f"{name:>11}" for name in Errors._fields)]
-    for point in points:
-        figures = "".join(f"{point[name]:>11.4g}" for name in Errors._fields)
-        lines.append(f"{point['engine']:<22}{point['part']:<13}{point['seconds']:>8.2f}{point['cpu_seconds']:>8.2f}{figures}")
+    for (engine, part), line in by_line(points).items():
+        for index, point in enumerate(line):
+            names = f"{engine:<22}{part:<13}" if index == 0 else " " * 35
+            figures = "".join(f"{point[name]:>11.4g}" for name in Errors._fields)
+            lines.append(f"{names}{point['seconds']:>8.2f}{point['cpu_seconds']:>8.2f}{figures}")
     return "\n".join(lines)

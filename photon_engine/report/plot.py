@@ -8,8 +8,14 @@ from typing import Any
 from ..issues import RenderError
 from .metrics import INSTALL
 
+COMBINED = "Combined"
 STYLES = {"Photon Map": ("C0", "o-"), "Photon Map, denoised": ("C0", "o--"), "Cycles": ("C1", "s-"),
           "Cycles, denoised": ("C1", "s--")}  # fmt: skip
+COLORS = {"Direct": "C2", "Caustic": "C3", "Diffuse": "C4", "Emission": "C5", "Environment": "C6"}
+PANEL = (6.4, 4.6)  # [in]
+DPI = 120
+
+Line = list[dict[str, Any]]  # points, ascending in time
 
 
 def load_matplotlib() -> Any:
@@ -24,28 +30,58 @@ def load_matplotlib() -> Any:
     return pyplot
 
 
-def plot(points: list[dict[str, Any]], title: str, target: Path) -> list[Path]:
-    """Write target.png and target.svg: relMSE against seconds, a line for each engine and, thin, each component."""
+def by_line(points: list[dict[str, Any]]) -> dict[tuple[str, str], Line]:
+    """Points by (engine, picture): Combined of each engine, then components."""
+    found: dict[tuple[str, str], Line] = {}
+    for point in sorted(points, key=lambda point: (point["part"] != COMBINED, point["seconds"])):
+        found.setdefault((point["engine"], point["part"]), []).append(point)
+    order = list(dict.fromkeys((point["engine"], point["part"]) for point in points))
+    return dict(sorted(found.items(), key=lambda item: (item[0][1] != COMBINED, order.index(item[0]))))
+
+
+def plot(points: list[dict[str, Any]], title: str, source: str, target: Path) -> list[Path]:
+    """Write target.png and target.svg: error against seconds of the whole picture by engine, and of our components.
+
+    source : what the errors are from. Components stand in a panel of their own, where there are any.
+    """
     pyplot = load_matplotlib()
-    figure, axes = pyplot.subplots(figsize=(7.0, 4.5))
-    lines: dict[tuple[str, str], list[tuple[float, float]]] = {}
-    for point in points:
-        lines.setdefault((point["engine"], point["part"]), []).append((point["seconds"], point["relMSE"]))
-    parts = list(dict.fromkeys(part for _, part in lines))
-    for (engine, part), line in lines.items():
-        color, style = STYLES.get(engine, ("C2", "^-"))
-        thin = part != "Combined"
-        label = f"{engine}: {part}" if thin else engine
-        color = f"C{2 + parts.index(part)}" if thin else color
-        seconds, error = zip(*sorted(line), strict=True)
-        axes.loglog(seconds, error, style, color=color, label=label, linewidth=0.8 if thin else 2.0,
-                    markersize=3 if thin else 6)  # fmt: skip
-    axes.set(xlabel="seconds", ylabel="relMSE", title=title)
-    axes.grid(True, which="both", alpha=0.3)
-    axes.legend(fontsize=7)
+    lines = by_line(points)
+    engines = {engine: line for (engine, part), line in lines.items() if part == COMBINED}
+    parts = {part: line for (_, part), line in lines.items() if part != COMBINED}
+    count = 1 + bool(parts)
+    figure, (panels,) = pyplot.subplots(1, count, figsize=(PANEL[0] * count, PANEL[1]), squeeze=False, sharex=True)
+    for engine, line in engines.items():
+        _draw(panels[0], line, engine, *STYLES.get(engine, ("C7", "^-")))
+    panels[0].plot([], [], ":", color="grey", label="without the worst 0.1% of pixels")
+    panels[0].set_title("Combined", fontsize=10)
+    for part, line in parts.items():
+        _draw(panels[1], line, part, COLORS.get(part, "C7"), "o-")
+    if parts:
+        panels[1].set_title("Components of Photon Map", fontsize=10)
+    for axes in panels:
+        _finish(axes, sorted({point["asked_seconds"] for point in points}))
+    figure.suptitle(f"{title}\n{source}", fontsize=9)
     figure.tight_layout()
     paths = [target.with_suffix(suffix) for suffix in (".png", ".svg")]
     for path in paths:
-        figure.savefig(path, dpi=120)
+        figure.savefig(path, dpi=DPI)
     pyplot.close(figure)
     return paths
+
+
+def _draw(axes: Any, line: Line, label: str, color: str, style: str) -> None:
+    """relMSE with markers, relMSE999 dotted."""
+    seconds = [point["seconds"] for point in line]
+    axes.loglog(seconds, [point["relMSE"] for point in line], style, color=color, label=label, markersize=5)
+    axes.loglog(seconds, [point["relMSE999"] for point in line], ":", color=color, linewidth=1.2)
+
+
+def _finish(axes: Any, asked: list[float]) -> None:
+    """Names of the axes, grid, ticks at the seconds that were asked for."""
+    from matplotlib.ticker import NullFormatter
+
+    axes.set(xlabel="seconds", ylabel="relMSE")
+    axes.set_xticks(asked, [f"{seconds:g}" for seconds in asked])
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.grid(True, which="both", alpha=0.3)
+    axes.legend(fontsize=7, loc="upper center", bbox_to_anchor=(0.5, -0.15), ncols=3)

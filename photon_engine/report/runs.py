@@ -10,15 +10,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import OpenImageIO as oiio
 
 from ..film.exr import read_exr
-from ..film.passes import BY_NAME, LIGHT_NAMES
 from ..issues import RenderError
+from .reference import NAMES, read_reference
 
 ROOT = Path(__file__).resolve().parents[2]
 OURS, OURS_DENOISED = "Photon Map", "Photon Map, denoised"
-SE = ".se"  # after the name of a reference's picture: its standard error
 CYCLES, CYCLES_DENOISED = "Cycles", "Cycles, denoised"
 
 
@@ -59,7 +57,7 @@ def ours(task: Task, seconds: float, denoise: bool, place: Path) -> Run:
     _call(command, task.blend)
     record = json.loads((place / "ours.json").read_text())
     pictures, _ = read_exr(place / "ours.exr")
-    wanted = {name: pictures[name][..., :3] for name in ("Combined", *LIGHT_NAMES) if name in pictures}
+    wanted = {name: pictures[name][..., :3] for name in NAMES if name in pictures}
     denoising = record["stage_seconds"].get("Denoising", 0.0)
     setup = sum(record["stage_seconds"].values()) - denoising - record["stage_seconds"].get("Writing", 0.0)
     detail = {"passes": record["passes"], "denoising": denoising}
@@ -76,41 +74,8 @@ def cycles(task: Task, seconds: float, denoise: bool, place: Path) -> Run:
     _call([sys.executable, "-m", "photon_engine.blender.cycles", str(place / "job.json")], task.blend)
     record = json.loads((place / "cycles.json").read_text())
     detail = {"settings": record["settings"], "version": record["version"]}
-    pictures = {"Combined": read_rgb(place / "cycles.exr")}
+    pictures = {"Combined": read_reference(place / "cycles.exr")[0]["Combined"].mean}
     return Run(record["seconds"], record["setup"], detail, pictures, record["cpu_seconds"])
-
-
-def read_rgb(path: Path) -> np.ndarray:
-    """The first three channels of a picture, (h, w, 3) f32, bottom row first."""
-    source = oiio.ImageInput.open(str(path))
-    if source is None:
-        raise RenderError(str(path), "cannot be read as a picture", oiio.geterror() or "check the path")
-    pixels = np.asarray(source.read_image(0, 0, 0, 3, oiio.FLOAT), np.float32)
-    source.close()
-    return np.ascontiguousarray(pixels[::-1])
-
-
-def read_reference(path: Path) -> dict[str, np.ndarray]:
-    """Pictures of a reference: Combined, and light passes where it is a multilayer EXR of ours.
-
-    Under "Combined.se" its standard error, where the file holds it.
-    """
-    if not path.is_file():
-        raise RenderError(str(path), "no such file", "check the path of --reference")
-    pictures = read_exr(path)[0] if path.suffix.lower() == ".exr" else {}
-    light = {name: picture[..., :3] for name, picture in pictures.items() if BY_NAME[name].is_light}
-    light = {name: picture for name, picture in light.items() if name in ("Combined", *LIGHT_NAMES)}
-    return light if "Combined" in light else {"Combined": read_rgb(path), **_read_se(path)}
-
-
-def _read_se(path: Path) -> dict[str, np.ndarray]:
-    """The standard error of a reference that holds it in channels se.R, se.G, se.B."""
-    source = oiio.ImageInput.open(str(path))
-    names = list(source.spec().channelnames)
-    wanted = [names.index(f"se.{letter}") for letter in "RGB" if f"se.{letter}" in names]
-    pixels = np.asarray(source.read_image(oiio.FLOAT), np.float32)
-    source.close()
-    return {f"Combined{SE}": np.ascontiguousarray(pixels[::-1][..., wanted])} if len(wanted) == 3 else {}
 
 
 def _call(command: list[str], blend: Path) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from itertools import groupby, pairwise
+from itertools import groupby, pairwise, product
 from statistics import median
 from typing import Any, NamedTuple
 
@@ -14,27 +14,30 @@ from .runs import CYCLES, CYCLES_DENOISED, OURS, OURS_DENOISED
 PAIRS = {"raw": (OURS, CYCLES), "denoised": (OURS_DENOISED, CYCLES_DENOISED)}
 LEAST_ERROR = 1e-9  # of a picture that is equal to its reference
 BOUNDS = {"=": "", ">": "at least ", "<": "at most "}
+FIGURES = ("relMSE", "relMSE999")
 
-Curve = list[tuple[float, float]]  # (seconds, relMSE), ascending
+Curve = list[tuple[float, float]]  # (seconds, error), ascending
 
 
 class Comparison(NamedTuple):
     """Two engines over the same scene."""
 
     pictures: str  # raw or denoised
+    figure: str  # one of FIGURES: what the errors are
     clock: str  # "seconds", or "cpu_seconds" of all threads
     times: float  # how many times more of them Cycles takes to our error
     bound: str  # "=", or ">": at least so many, since it never got there; "<": at most, since it began there
-    stays: float  # least relMSE of Cycles
-    error_ratio: float  # its relMSE by ours after equal time, median over our points; path tracing's falls as 1 / time
+    stays: float  # least error of Cycles
+    error_ratio: float  # its error by ours after equal time, median over our points; path tracing's falls as 1 / time
 
     def __str__(self) -> str:
         """For people."""
-        what = "seconds" if self.clock == "seconds" else "processor seconds"
-        stays = f", Cycles stays at relMSE {self.stays:.2g}" if self.bound == ">" else ""
+        clock = "seconds" if self.clock == "seconds" else "processor seconds"
+        stays = f", Cycles stays at {self.stays:.2g}" if self.bound == ">" else ""
+        times = f"{BOUNDS[self.bound]}{self.times:.2g} times faster"
         return (
-            f"{self.pictures}: {BOUNDS[self.bound]}{self.times:.2g} times faster to equal relMSE in {what}{stays}; "
-            f"after equal time the relMSE of Cycles is {self.error_ratio:.2g} times ours"
+            f"{self.pictures}: {times} to equal {self.figure} in {clock}{stays}; "
+            f"after equal time that of Cycles is {self.error_ratio:.2g} times ours"
         )
 
 
@@ -55,20 +58,19 @@ def _key(point: dict[str, Any]) -> tuple[float, str, str]:
 
 
 def compare(points: list[dict[str, Any]]) -> list[Comparison]:
-    """Ours against Cycles on Combined, by the clock and by the processor's time."""
+    """Ours against Cycles on Combined, by each figure, by the clock and by the processor's time."""
     found = []
-    for pictures, (ours, theirs) in PAIRS.items():
-        for clock in ("seconds", "cpu_seconds"):
-            curves = [curve(points, engine, clock) for engine in (ours, theirs)]
-            if all(curves):
-                found.append(Comparison(pictures, clock, *faster(*curves), error_ratio(*curves)))
+    for (pictures, (ours, theirs)), figure, clock in product(PAIRS.items(), FIGURES, ("seconds", "cpu_seconds")):
+        curves = [curve(points, engine, clock, figure) for engine in (ours, theirs)]
+        if all(curves):
+            found.append(Comparison(pictures, figure, clock, *faster(*curves), error_ratio(*curves)))
     return found
 
 
-def curve(points: list[dict[str, Any]], engine: str, clock: str) -> Curve:
-    """(seconds, relMSE of Combined) of an engine, ascending in time; an error once reached is kept."""
+def curve(points: list[dict[str, Any]], engine: str, clock: str, figure: str = "relMSE") -> Curve:
+    """(seconds, error of Combined) of an engine, ascending in time; an error once reached is kept."""
     mine = [point for point in points if (point["engine"], point["part"]) == (engine, "Combined")]
-    line = sorted((point[clock], point["relMSE"]) for point in mine if point[clock] > 0.0)
+    line = sorted((point[clock], point[figure]) for point in mine if point[clock] > 0.0)
     least = np.minimum.accumulate([max(error, LEAST_ERROR) for _, error in line]) if line else []
     return [(seconds, float(error)) for (seconds, _), error in zip(line, least, strict=True)]
 

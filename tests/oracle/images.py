@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import OpenImageIO as oiio
 
-ATTRIBUTE = "photon_map:reference"
-CHANNELS = ("R", "G", "B", "se.R", "se.G", "se.B")
-SE_MANTISSA_BITS = 3  # a standard error from a dozen batches is known to 20% at best; fewer bits compress better
+from photon_engine.report import reference as files
 
 
 class Reference(NamedTuple):
@@ -32,40 +29,18 @@ def read_picture(path: str | Path) -> np.ndarray:
     return np.ascontiguousarray(np.asarray(pixels)[::-1], dtype=np.float32)
 
 
-def coarse(a: np.ndarray) -> np.ndarray:
-    """`a` with its mantissa rounded to SE_MANTISSA_BITS bits."""
-    mantissa, exponent = np.frexp(a)
-    steps = 2.0 ** (SE_MANTISSA_BITS + 1)
-    return np.ldexp(np.round(mantissa * steps) / steps, exponent).astype(np.float32)
-
-
 def write_reference(path: str | Path, reference: Reference) -> None:
-    """Write a half-float EXR (ZIP) with channels R, G, B, se.R, se.G, se.B and the metadata as JSON."""
-    h, w, _ = reference.mean.shape
-    spec = oiio.ImageSpec(w, h, len(CHANNELS), oiio.HALF)
-    spec.channelnames = CHANNELS
-    spec.attribute("compression", "zip")
-    spec.attribute(ATTRIBUTE, json.dumps(reference.meta))
-    pixels = np.concatenate([reference.mean, coarse(reference.se)], axis=2)[::-1]
-    Path(path).parent.mkdir(parents=True, exist_ok=True)
-    out = oiio.ImageOutput.create(str(path))
-    if not out or not out.open(str(path), spec) or not out.write_image(np.ascontiguousarray(pixels, np.float32)):
-        raise OSError(f"{path}: {oiio.geterror()}")
-    out.close()
+    """As photon_engine.report.reference writes them."""
+    files.write_reference(path, {"Combined": files.Known(reference.mean, reference.se)}, reference.meta)
 
 
 def read_reference(path: str | Path) -> Reference:
     """What `write_reference` wrote."""
-    source = oiio.ImageInput.open(str(path))
-    if source is None:
-        raise OSError(f"{path}: {oiio.geterror()}")
-    names = list(source.spec().channelnames)
-    pixels = np.asarray(source.read_image(oiio.FLOAT), np.float32)[::-1]
-    meta = json.loads(source.spec().getattribute(ATTRIBUTE) or "{}")
-    source.close()
-    order = [names.index(name) for name in CHANNELS]  # EXR files keep channels in alphabetic order
-    pixels = np.ascontiguousarray(pixels[:, :, order])
-    return Reference(pixels[:, :, :3], pixels[:, :, 3:], meta)
+    pictures, meta = files.read_reference(path)
+    mean, se = pictures["Combined"]
+    if se is None:
+        raise OSError(f"{path}: has no standard error")
+    return Reference(mean, se, meta)
 
 
 def write_png(path: str | Path, pictures: list[np.ndarray], zoom: int = 2) -> None:

@@ -11,8 +11,9 @@ def power(scale, seconds):
 
 
 def points(engine, line):
+    shared = {"engine": engine, "part": "Combined"}
     return [
-        {"engine": engine, "part": "Combined", "asked_seconds": t, "seconds": t, "cpu_seconds": 2.0 * t, "relMSE": e}
+        {**shared, "asked_seconds": t, "seconds": t, "cpu_seconds": 2.0 * t, "relMSE": e, "relMSE999": 0.5 * e**2}
         for t, e in line
     ]
 
@@ -37,10 +38,12 @@ def test_an_error_once_reached_is_kept_and_clocks_are_apart():
     line = points("Cycles", [(1.0, 0.4), (2.0, 0.1), (4.0, 0.3)])
     assert curve(line, "Cycles", "cpu_seconds") == [(2.0, 0.4), (4.0, 0.1), (8.0, 0.1)]
     ours = points("Photon Map", [(1.0, 0.2)])
-    seconds, cpu = compare(ours + line)
+    seconds, cpu, best_seconds, best_cpu = compare(ours + line)
     assert (seconds.pictures, seconds.clock, cpu.clock) == ("raw", "seconds", "cpu_seconds")
+    assert [item.figure for item in (seconds, cpu, best_seconds, best_cpu)] == ["relMSE"] * 2 + ["relMSE999"] * 2
     assert seconds.times == pytest.approx(2.0**0.5) == cpu.times
-    assert str(seconds) == ("raw: 1.4 times faster to equal relMSE in seconds; after equal time the relMSE of Cycles "
+    assert seconds.error_ratio == pytest.approx(2.0) and best_seconds.error_ratio == pytest.approx(4.0)
+    assert str(seconds) == ("raw: 1.4 times faster to equal relMSE in seconds; after equal time that of Cycles "
                             "is 2 times ours")  # fmt: skip
 
 
