@@ -12,7 +12,7 @@ import bpy  # noqa: E402
 
 import photon_engine.shading.material  # noqa: E402, F401  (fills the registry)
 from photon_engine.blender.compat import RESOLVED_NODES  # noqa: E402
-from photon_engine.shading.fallback import NOT_SUPPORTED, UNSUPPORTED_OUTPUTS  # noqa: E402
+from photon_engine.shading.fallback import LAMP_OUTPUTS, NOT_SUPPORTED  # noqa: E402
 from photon_engine.shading.registry import REGISTRY  # noqa: E402
 
 # part of every tree: resolved before shading
@@ -37,6 +37,7 @@ PARTLY = {
     "ShaderNodeBevel": "after a diffuse bounce the surface's own normal",
     "ShaderNodeBsdfPrincipled": "subsurface: Christensen-Burley as Random Walk (Legacy)",
     "ShaderNodeSubsurfaceScattering": "Christensen-Burley as Random Walk (Legacy)",
+    "ShaderNodeLightPath": "where light is sampled, and by photons, no bounces are counted",
     "ShaderNodeVolumeScatter": "only what it absorbs",
     "ShaderNodeVolumePrincipled": "only what it absorbs",
     "ShaderNodeVolumeCoefficients": "only what it absorbs",
@@ -68,7 +69,7 @@ def status(name: str) -> tuple[str, str]:
     if name not in REGISTRY:
         return "no", NOT_SUPPORTED.get(name, "")
     remarks = [PARTLY[name]] if name in PARTLY else []
-    if outputs := UNSUPPORTED_OUTPUTS.get(name):
+    if outputs := LAMP_OUTPUTS.get(name):
         remarks.append(f"of lamps only: {', '.join(sorted(outputs))}")
     return "yes", "; ".join(remarks)
 

@@ -12,7 +12,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 pytest.importorskip("OpenImageIO")
 
-from photon_engine.shading.fallback import NOT_SUPPORTED, UNSUPPORTED_OUTPUTS  # noqa: E402
+from photon_engine.shading.fallback import LAMP_OUTPUTS, NOT_SUPPORTED  # noqa: E402
 from photon_engine.shading.registry import REGISTRY  # noqa: E402
 from scripts.node_table import STRUCTURE, node_types, table  # noqa: E402
 from tests.node_patch import SIZE, TOLERANCE, Patch, feed, new, ramp  # noqa: E402
@@ -90,7 +90,7 @@ def build_with(kind: str, setting: str, choice: str):
         total = ramp(tree, (0.0, 0.0, 0.0), (0.02, 0.01, 0.0))
         if linked is not None:
             tree.links.new(ramp(tree, (0.05, 0.1, 0.15), (0.9, 0.8, 0.7)), linked)
-        left_out = UNSUPPORTED_OUTPUTS.get(kind, set())
+        left_out = LAMP_OUTPUTS.get(kind, set())
         for k, output in enumerate(s for s in node.outputs if not s.is_unavailable and s.identifier not in left_out):
             squashed = new(tree, "ShaderNodeVectorMath", operation="SINE")  # keeps kelvins and counts within bounds
             tree.links.new(output, squashed.inputs[0])

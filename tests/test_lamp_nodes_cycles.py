@@ -65,7 +65,7 @@ def picture(tree, vector=None):
 TEX_COORD = ("UV", "Normal", "Object", "Generated", "Reflection", "Camera", "Window")
 GEOMETRY = ("Position", "Normal", "True Normal", "Incoming", "Parametric", "Backfacing", "Random Per Island",
             "Pointiness")
-LIGHT_PATH = ("Is Camera Ray", "Is Shadow Ray", "Is Diffuse Ray", "Is Glossy Ray", "Ray Length", "Transparent Depth")
+LIGHT_PATH = ("Is Camera Ray", "Is Shadow Ray", "Is Diffuse Ray", "Is Glossy Ray", "Ray Length")
 
 
 def telling(*names, node="ShaderNodeTexCoord"):
@@ -79,6 +79,19 @@ def telling(*names, node="ShaderNodeTexCoord"):
         return feed(tree, new(tree, "ShaderNodeVectorMath", operation="ABSOLUTE"), Vector=total).outputs[0]
 
     return build
+
+
+def glowing(tree):
+    """Black bodies, hotter from one side to the other."""
+    uv = out(tree.nodes.new("ShaderNodeTexCoord"), "UV")
+    heat = feed(tree, new(tree, "ShaderNodeVectorMath", operation="MULTIPLY_ADD"), Vector=uv,
+                Vector_001=(4e3, 2e3, 0.0), Vector_002=(1e3,) * 3)
+    return feed(tree, tree.nodes.new("ShaderNodeBlackbody"), Temperature=heat.outputs[0]).outputs[0]
+
+
+def gradient(kind):
+    """A Gradient Texture where it looks by itself."""
+    return lambda tree: out(new(tree, "ShaderNodeTexGradient", gradient_type=kind), "Color")
 
 
 def gobo(name, scale=(1.0, 1.0, 1.0), node="ShaderNodeTexCoord"):
@@ -117,6 +130,9 @@ CASES = {
     "gobo by normals": ("spot", gobo("Normal")),
     "picture": ("panel", gobo("UV")),
     "picture as it comes": ("disk", picture),
+    "black bodies": ("panel", glowing),
+    "gradient": ("panel", gradient("LINEAR")),
+    "spherical gradient": ("soft point", gradient("SPHERICAL")),
 }
 
 

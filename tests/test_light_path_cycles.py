@@ -82,7 +82,7 @@ def ours(passes: int, **settings) -> dict[str, np.ndarray]:
     renderer.prepare(lambda text: None)
     pictures = [renderer.render_pass(i, lambda: False) for i in range(passes)]
     renderer.close()
-    assert not list(issues), list(issues)
+    assert all("are not counted" in issue.message for issue in issues), list(issues)
     shown = [name for name in LIGHT if name in pictures[0]]
     found = {name: np.mean([p[name] for p in pictures], axis=0).reshape(SIZE, SIZE, 3) for name in shown}
     return {**found, "sum": sum(found.values())}

@@ -63,10 +63,19 @@ def test_what_is_not_heeded_is_named():
     scene.cycles.texture_limit_render, scene.cycles.use_camera_cull = "128", True
     modifier = ball.modifiers.new("Subdivision", "SUBSURF")
     (modifier if hasattr(modifier, "use_adaptive_subdivision") else ball.cycles).use_adaptive_subdivision = True
+    material = through("ShaderNodeBsdfDiffuse")
+    ball.data.materials.append(material)
+    material.cycles.use_bump_map_correction = material.use_transparent_shadow = False
+    if hasattr(ball, "visible_raycast"):  # since 5.2
+        ball.visible_raycast = False
     ball.visible_diffuse, ball.is_shadow_catcher, ball.shadow_terminator_shading_offset = False, True, 0.5
     issues = IssueLog()
     extract(issues)
-    of_scene, of_layer, of_ball = (messages(issues, name) for name in (scene.name, layer.name, "Ball"))
+    of_scene, of_layer, of_ball, of_material = (
+        messages(issues, name) for name in (scene.name, layer.name, "Ball", material.name)
+    )
+    assert "Bump Map Correction" in of_material and "Transparent Shadows" in of_material
+    assert ("Raycast" in of_ball) == hasattr(ball, "visible_raycast")
     for word in ("Fast GI", "Camera Culling", "Texture Limit"):
         assert word in of_scene
     for word in ("Mist", "Cryptomatte", "light group Sunny", "AOV Mask"):
@@ -77,7 +86,7 @@ def test_what_is_not_heeded_is_named():
 
 def test_nothing_is_said_of_a_new_scene():
     empty_scene()
-    cube()
+    cube().data.materials.append(through("ShaderNodeBsdfDiffuse"))
     issues = IssueLog()
     extract(issues)
     report_afterwards(bpy.context.scene, issues)

@@ -7,18 +7,19 @@ from typing import Any
 from ..issues import IssueLog
 from ..scene.data import Graph, Instance, Material, Mesh, Node, SceneData, Socket
 from ..shading.material import compile_material
+from ..shading.owners import asks_owner, with_owner
 from .attributes import instance_attribute, particle_of, view_layer_attribute, wanted_attributes
 from .cameras import extract_camera, extract_frame
 from .compat import DEFAULT_PRINCIPLED
 from .images import ImageTable
-from .instances import Occurrence, make_instance, slot_materials, visible_occurrences
+from .instances import Occurrence, make_instance, object_facts, slot_materials, visible_occurrences
 from .keep import Keep
 from .lights import extract_light
 from .meshes import MeshNeeds, worn_slots
 from .needs import merge_needs, needs_of
 from .node_trees import light_graph, material_graph, world_graph
 from .places import Places
-from .unsupported import report_scene
+from .unsupported import report_material, report_scene
 from .visibility import FLAGS, grey_graph, hidden_rays, report_hidden, see_through
 from .world import extract_world
 
@@ -45,9 +46,7 @@ def extract_scene(
     for item in visible_occurrences(depsgraph, places, issues):
         extraction.add(item)
     extraction.read_meshes()
-    world = (layer.world_override or scene.world) if layer.use_sky else None
-    graph = world_graph(world, extraction.images, issues) if world is not None else None
-    data.world = extract_world(world, graph, issues)
+    extraction.read_world()
     data.images = extraction.images.images
     return data
 
@@ -84,8 +83,13 @@ class _Extraction:
         block = item.object.data
         key = block.as_pointer()
         if key not in self._light_graphs:
-            self._light_graphs[key] = light_graph(block, self.images, self.issues)
+            graph = self._light_graphs[key] = light_graph(block, self.images, self.issues)
+            self._fill_in(graph)
         graph = self._light_graphs[key]
+        if graph is not None and any(asks_owner(node) for node in graph.nodes):
+            owner = object_facts(item, -1, [], item.object.name)
+            self._add_properties(owner, [graph], item)
+            graph = with_owner(graph, owner)
         light = extract_light(item.object, item.matrix, graph, self.issues, self.images.images)
         if light is not None:
             self.data.lights.append(light)
@@ -105,12 +109,11 @@ class _Extraction:
         self._sources[index][2].update(m for m in materials if m >= 0)
         instance = make_instance(item, index, materials, self.layer, self.issues)
         if instance is not None:
-            self._add_properties(instance, item)
+            self._add_properties(instance, [self.data.materials[m].graph for m in materials if m >= 0], item)
             self.data.instances.append(instance)
 
-    def _add_properties(self, instance: Instance, item: Occurrence) -> None:
-        """What the nodes of the instance's materials ask about its object."""
-        graphs = [self.data.materials[m].graph for m in instance.materials if m >= 0]
+    def _add_properties(self, instance: Instance, graphs: list[Graph], item: Occurrence) -> None:
+        """What the nodes of these graphs ask about the instance's object."""
         for kind, name in frozenset().union(*(wanted_attributes(graph) for graph in graphs)):
             instance.attributes[f"{kind}:{name}"] = instance_attribute(item.source, kind, name)
         if any(node.type == "ShaderNodeParticleInfo" for graph in graphs for node in graph.nodes):
@@ -141,7 +144,8 @@ class _Extraction:
         if worn and key in self._unread:
             self._unread.remove(key)
             graph = material_graph(material, self.images, self.issues)
-            self._fill_in(graph, material)
+            self._fill_in(graph, material.pass_index)
+            report_material(material, self.issues)
             method = getattr(material, "displacement_method", "BUMP")
             index = self._materials[key]
             self.data.materials[index] = Material(material.name, graph, method)
@@ -155,14 +159,14 @@ class _Extraction:
         """Whether a material may give light: what samples it has no kind of ray."""
         return compile_material(self.data.materials[index], self.images.images, IssueLog()).emits
 
-    def _fill_in(self, graph: Graph, material: Any) -> None:
+    def _fill_in(self, graph: Graph | None, material_index: int = 0) -> None:
         """What nodes ask that is known here: properties of the view layer, the material's index."""
-        for node in graph.nodes:
+        for node in graph.nodes if graph is not None else ():
             if node.type == "ShaderNodeAttribute" and node.props.get("attribute_type") == "VIEW_LAYER":
                 name = node.props.get("attribute_name", "")
                 node.props["value"] = list(view_layer_attribute(self.scene, self.layer, name))
             elif node.type == "ShaderNodeObjectInfo":
-                node.props["material_index"] = material.pass_index
+                node.props["material_index"] = material_index
 
     def _default_material(self, hidden: tuple[str, ...]) -> int:
         """Index of a Principled BSDF with default values, of grey Lambert in Blender 4.5."""
@@ -173,6 +177,13 @@ class _Extraction:
             graph = Graph([node], Socket(node=0, output="BSDF", kind="SHADER")) if DEFAULT_PRINCIPLED else grey_graph()
             self.data.materials.append(Material("(no material)", see_through(graph, hidden)))
         return self._materials[key]
+
+    def read_world(self) -> None:
+        """Read what lights the scene from infinity."""
+        world = (self.layer.world_override or self.scene.world) if self.layer.use_sky else None
+        graph = world_graph(world, self.images, self.issues) if world is not None else None
+        self._fill_in(graph)
+        self.data.world = extract_world(world, graph, self.issues)
 
     def read_meshes(self) -> None:
         """Read every mesh that an instance shows, and drop those without faces together with their instances."""

@@ -95,19 +95,18 @@ def make_instance(
         return None
     report_object(ob, name, issues)
     report_light_linking(ob, issues)
-    return Instance(
-        mesh=mesh,
-        matrix=item.matrix,
-        materials=materials,
-        name=name,
-        color=tuple(float(c) for c in ob.color),
-        pass_index=ob.pass_index,
-        random=item.random,
-        holdout=holdout,
-        visible_camera=visible["camera"],
-        visible_shadow=visible["shadow"],
-        terminator_offset=ob.shadow_terminator_geometry_offset,
-    )
+    instance = object_facts(item, mesh, materials, name)
+    instance.holdout = holdout
+    instance.visible_camera, instance.visible_shadow = visible["camera"], visible["shadow"]
+    instance.terminator_offset = ob.shadow_terminator_geometry_offset
+    return instance
+
+
+def object_facts(item: Occurrence, mesh: int, materials: list[int], name: str) -> Instance:
+    """What nodes may ask about an occurrence, lamps included (which have no mesh)."""
+    ob = item.object
+    color = tuple(float(c) for c in ob.color)
+    return Instance(mesh, item.matrix, materials, name, color=color, pass_index=ob.pass_index, random=item.random)
 
 
 def slot_materials(ob: Any, override: Any | None) -> list[Any | None]:

@@ -10,6 +10,7 @@ import numpy as np
 from ..issues import IssueLog
 from ..lights.bake import bake_beam
 from ..scene.data import Graph, Image, Light
+from ..shading.fallback import report_counts
 from ..shading.program import compile_graph
 from ..shading.registry import REGISTRY
 
@@ -113,6 +114,7 @@ def _apply_nodes(light: Light, graph: Graph, images: list[Image], issues: IssueL
         issues.warn(light.name, what, "connect an Emission node")
         light.strength = (0.0, 0.0, 0.0)
         return
+    report_counts(graph, light.name, issues)
     factor = constant_emission(graph, light.name, issues)
     if factor is None:
         if not all(node.type in REGISTRY for node in graph.nodes):
@@ -121,8 +123,11 @@ def _apply_nodes(light: Light, graph: Graph, images: list[Image], issues: IssueL
         if beam is None:
             light.graph = graph
             return
-        factor = (float(beam.max()),) * 3
-        light.beam = beam / np.float32(factor[0]) if factor[0] > 0.0 else None
+        if (beam == beam[0, 0]).all():
+            factor = tuple(float(c) for c in beam[0, 0])
+        else:
+            factor = (float(beam.max()),) * 3
+            light.beam = beam / np.float32(factor[0])
     light.strength = tuple(s * f for s, f in zip(light.strength, factor, strict=True))
 
 

@@ -10,7 +10,7 @@ from .passes import wanted_passes
 # passes of Blender and Cycles; this engine has its own, chosen under View Layer > Photon Map
 PASS_FLAGS = "use_pass_", "pass_"
 REMEDY = "blender -b FILE -E PHOTON_MAP -f 1 does it"
-OWN_FLAGS = {"use_pass_combined", "use_pass_cryptomatte_accurate", "pass_alpha_threshold", "pass_cryptomatte_depth"}
+OWN_FLAGS = {"use_pass_combined", "use_pass_cryptomatte_accurate"}
 
 
 def report_scene(scene: Any, layer: Any, issues: IssueLog) -> None:
@@ -65,6 +65,8 @@ def report_object(ob: Any, name: str, issues: IssueLog) -> None:
         issues.warn(name, "Shadow Terminator > Shading Offset is not supported: it has no effect")
     if ob.is_shadow_catcher:
         issues.warn(name, "shadow catchers are not supported yet: it is rendered as an ordinary object")
+    if not getattr(ob, "visible_raycast", True):  # since Blender 5.2
+        issues.warn(name, "Ray Visibility > Raycast is not supported: Raycast nodes see it")
     adaptive = getattr(getattr(ob, "cycles", None), "use_adaptive_subdivision", False)  # Blender 4.5
     for modifier in ob.modifiers:
         if not modifier.show_render:
@@ -73,6 +75,14 @@ def report_object(ob: Any, name: str, issues: IssueLog) -> None:
             issues.warn(name, "Adaptive Subdivision is not supported: it is divided by Levels Render", "raise them")
         elif modifier.type == "FLUID" and _is_smoke(modifier):
             issues.warn(name, "smoke and fire are not supported yet: they are not rendered")
+
+
+def report_material(material: Any, issues: IssueLog) -> None:
+    """What of a material's settings has no effect."""
+    if not getattr(getattr(material, "cycles", None), "use_bump_map_correction", True):
+        issues.warn(material.name, "Bump Map Correction cannot be switched off: bumps are corrected")
+    if not getattr(material, "use_transparent_shadow", True):
+        issues.warn(material.name, "Transparent Shadows cannot be switched off: light passes where it is transparent")
 
 
 def _is_smoke(modifier: Any) -> bool:

@@ -6,6 +6,7 @@ from typing import Any
 
 from ..issues import IssueLog
 from ..scene.data import Graph, World
+from ..shading.fallback import report_counts
 from .lights import MOST_BOUNCES, constant_emission
 from .visibility import dark
 
@@ -15,6 +16,7 @@ def extract_world(world: Any | None, graph: Graph | None, issues: IssueLog) -> W
     if world is None or graph is None:
         return World()
     _report_unsupported(world, graph, issues)
+    report_counts(graph, world.name, issues)
     if not _sees(world, "camera"):
         graph = dark(graph, ("camera",))
     color = constant_emission(graph, world.name, issues)

@@ -2,8 +2,8 @@
 
 Blender reads structures as they lie in the file: of 600 damaged .blends 8 ended in a segmentation fault. Nothing can
 be said by a process that is gone, so one that was forked before anything was loaded waits until the file is read, and
-speaks if that never happens. The exit code is the signal's: shells
-make 139 of it, and whoever kills or times the program meets the process that renders.
+speaks if that never happens. The exit code is the signal's: shells make 139 of it, and
+whoever kills or times the program meets the process that renders.
 """
 
 from __future__ import annotations

@@ -22,6 +22,8 @@ from .worker import Abandoned, Worker
 
 # settings that say how long and how fast, not what: films that differ in these can be merged
 NOT_PICTURE = ("passes", "seconds", "error", "error_share", "error_pass", "seed", "threads", "plan", "denoise")
+MEASURING = "Measuring the error"
+DENOISED_SHARE = 0.1  # of the time spent on passes that estimates of the denoised picture's error may take
 
 
 def default_renderer(scene: SceneData, settings: Settings, issues: IssueLog, outputs: frozenset[str], kept: Any) -> Any:
@@ -29,8 +31,6 @@ def default_renderer(scene: SceneData, settings: Settings, issues: IssueLog, out
     from ..transport.renderer import Renderer
 
     return Renderer(scene, settings, issues, outputs, kept)
-MEASURING = "Measuring the error"
-DENOISED_SHARE = 0.1  # of the time spent on passes that estimates of the denoised picture's error may take
 
 
 class _CancelledEarly(Exception):

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..issues import IssueLog
 from ..sampling.sobol import sobol
-from ..scene.data import Camera, Image, Light
+from ..scene.data import Camera, Image, Instance, Light
 from ..shading.points import ObjectTable, ShadePoints, sky_points
 from ..shading.program import Program, compile_graph
 from ..shading.trail import DEPTH, FROM_LIGHT
@@ -155,10 +155,7 @@ def lamp_points(
     points.parametric = np.stack([v, 1.0 - u - v], axis=1).astype(np.float32)
     inward = normal @ linear
     points.normal_local = (inward / np.maximum(np.linalg.norm(inward, axis=1, keepdims=True), 1e-30)).astype(np.float32)
-    points.objects = ObjectTable(
-        linear[None].astype(np.float32), inverse[None].astype(np.float32), location[None],
-        np.ones((1, 4), np.float32), np.zeros(1, np.float32), np.zeros(1, np.float32),
-    )  # fmt: skip
+    points.objects = ObjectTable.from_instances([Instance(0, matrix, [])])
     points.trail = None if trail is None else (trail >> DEPTH << DEPTH) + FROM_LIGHT
     points.is_lamp = True
     return points

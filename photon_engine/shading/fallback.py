@@ -8,6 +8,7 @@ from ..bsdf import recipes
 from ..issues import IssueLog
 from ..scene.data import Graph, Node
 from .ies import MISSING, parse_ies
+from .nodes.light_path import LIGHT_PATH_COUNTS
 from .registry import REGISTRY, SCALARS, NodeKind, f32
 
 GREY = 0.8  # Blender's default base colour
@@ -28,12 +29,10 @@ NOT_SUPPORTED = {
     "ShaderNodeOutputLineStyle": "Freestyle only",
     "ShaderNodeUVAlongStroke": "Freestyle only",
 }
-# on surfaces; lamps have them
-UNSUPPORTED_OUTPUTS = {
+# on surfaces and in the world it is Quadratic
+LAMP_OUTPUTS = {
     "ShaderNodeLightFalloff": {"Linear", "Constant"},
 }
-
-
 RAYCAST_OUTPUTS = {"Is Hit", "Self Hit", "Hit Distance", "Hit Position", "Hit Normal"}
 
 
@@ -66,14 +65,34 @@ def scatters_by_profile(item: Node) -> bool:
     return deep.node >= 0 or bool(deep.value)
 
 
-def report_surface_outputs(graph: Graph, material: str, issues: IssueLog) -> None:
-    """Warn, once by material and node, about outputs that lamps alone can compute."""
-    used = {(socket.node, socket.output) for item in graph.nodes for socket in item.inputs.values()}
-    for index, item in enumerate(graph.nodes):
-        for output in sorted(UNSUPPORTED_OUTPUTS.get(item.type, ())):
-            if (index, output) in used:
-                where = f"{material} > {item.name}"
-                issues.warn(where, f"the output {output} is supported of lamps only", "Quadratic is used instead")
+def used_outputs(graph: Graph) -> list[set[str]]:
+    """Which outputs of each node something reads."""
+    used: list[set[str]] = [set() for _ in graph.nodes]
+    sockets = [socket for item in graph.nodes for socket in item.inputs.values()]
+    for socket in [*sockets, *(end for end in (graph.surface, graph.volume, graph.displacement) if end is not None)]:
+        if socket.node >= 0:
+            used[socket.node].add(socket.output)
+    return used
+
+
+def report_falloff(graph: Graph, material: str, issues: IssueLog) -> None:
+    """Warn, once by material and node, about what lamps alone can compute."""
+    for item, used in zip(graph.nodes, used_outputs(graph), strict=True):
+        where = f"{material} > {item.name}"
+        for output in sorted(LAMP_OUTPUTS.get(item.type, set()) & used):
+            issues.warn(where, f"the output {output} is supported of lamps only", "Quadratic is used instead")
+        smooth = item.inputs.get("Smooth") if item.type == "ShaderNodeLightFalloff" and used else None
+        if smooth is not None and (smooth.node >= 0 or smooth.value):
+            issues.warn(where, "Smooth is supported of lamps only", "it has no effect")
+
+
+def report_counts(graph: Graph, name: str, issues: IssueLog) -> None:
+    """Warn, once by node, about bounces that are asked for where not only eye paths see what glows."""
+    for item, used in zip(graph.nodes, used_outputs(graph), strict=True):
+        counts = sorted(used & LIGHT_PATH_COUNTS.keys()) if item.type == "ShaderNodeLightPath" else []
+        if counts:
+            text = f"{', '.join(counts)}: bounces are not counted where light is sampled, nor by photons"
+            issues.warn(f"{name} > {item.name}", text, "Ray Depth is 1 there, other counts are 0")
 
 
 def ies_problem(text: str) -> str:

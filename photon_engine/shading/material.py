@@ -5,7 +5,7 @@ from __future__ import annotations
 from ..issues import IssueLog
 from ..scene.data import Graph, Image, Material, SceneData
 from .absorption import absorption_of, with_surface
-from .fallback import report_surface_outputs
+from .fallback import report_counts, report_falloff
 from .program import Program, compile_graph
 from .relief import displacement_normal
 
@@ -14,7 +14,9 @@ def compile_material(material: Material, images: list[Image], issues: IssueLog) 
     """A material's program; nodes that are not supported are reported once by material and node name."""
     program = compile_graph(with_surface(material.graph), material.name, images, issues)
     program.absorption = absorption_of(material, images, issues)
-    report_surface_outputs(material.graph, material.name, issues)
+    report_falloff(material.graph, material.name, issues)
+    if program.emits:
+        report_counts(material.graph, material.name, issues)
     bump = displacement_normal(material.graph) if material.displacement in ("BUMP", "BOTH") else None
     if bump is not None and program.surface is not None:
         program.relief = compile_graph(bump, material.name, images, issues, "VECTOR")

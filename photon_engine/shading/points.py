@@ -7,6 +7,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from ..scene.data import Instance
 from .trail import FROM_LIGHT
 
 
@@ -41,6 +42,9 @@ class ObjectTable:
                 for name in frozenset().union(*(item.attributes for item in instances))
             },
         )
+
+
+NO_OBJECT = ObjectTable.from_instances([Instance(0, np.eye(4), [], color=(0.0,) * 4)])  # the world: all zeros
 
 
 class Around(Protocol):
@@ -150,15 +154,11 @@ def sky_points(d: np.ndarray, trail: np.ndarray | None = None) -> ShadePoints:
     """
     d = np.ascontiguousarray(d, np.float32)
     n = len(d)
-    objects = ObjectTable(
-        np.eye(3, dtype=np.float32)[None], np.eye(3, dtype=np.float32)[None], np.zeros((1, 3)),
-        np.ones((1, 4), np.float32), np.zeros(1, np.float32), np.zeros(1, np.float32),
-    )  # fmt: skip
     return ShadePoints(
         p=d, ng=-d, ns=-d, wo=-d, backfacing=np.zeros(n, bool), uvs=_Everywhere(np.zeros((n, 2), np.float32)),
         generated=d, object=d, normal_local=-d, parametric=np.zeros((n, 2), np.float32),
         trail=None if trail is None else trail + FROM_LIGHT,
-        instance=np.zeros(n, np.int32), objects=objects, camera=np.eye(4, dtype=np.float32),
+        instance=np.zeros(n, np.int32), objects=NO_OBJECT, camera=np.eye(4, dtype=np.float32),
         island_random=np.zeros(n, np.float32), window=(-1.0, 1.0, -1.0, 1.0, 1.0),
         corners=np.zeros((n, 3, 3), np.float32), tangents=_Everywhere(np.zeros((n, 4), np.float32)),
         attributes=_Everywhere(np.zeros((n, 4), np.float32)),
@@ -183,15 +183,11 @@ def probe_points(n: int, needs: frozenset[str] = frozenset()) -> ShadePoints:
         return np.tile(np.array(values, np.float32), (n, 1))
 
     layers = {name.partition(":")[2]: np.zeros((n, 2), np.float32) for name in needs if name.split(":")[0] == "uv"}
-    objects = ObjectTable(
-        np.eye(3, dtype=np.float32)[None], np.eye(3, dtype=np.float32)[None], np.zeros((1, 3)),
-        np.ones((1, 4), np.float32), np.zeros(1, np.float32), np.zeros(1, np.float32),
-    )
     return ShadePoints(
         p=rows(0, 0, 0), ng=rows(0, 0, 1), ns=rows(0, 0, 1), wo=rows(0, 0, 1), backfacing=np.zeros(n, bool), uvs=layers,
         generated=rows(0, 0, 0), object=rows(0, 0, 0), normal_local=rows(0, 0, 1), parametric=rows(0, 0),
         corners=np.zeros((n, 3, 3), np.float32),
-        instance=np.zeros(n, np.int32), objects=objects, camera=np.eye(4, dtype=np.float32),
+        instance=np.zeros(n, np.int32), objects=NO_OBJECT, camera=np.eye(4, dtype=np.float32),
         island_random=np.zeros(n, np.float32), window=(-1.0, 1.0, -1.0, 1.0, 1.0),
         tangents={name.partition(":")[2]: rows(1, 0, 0, 1) for name in needs if name.split(":")[0] == "tangent"},
         attributes={name.partition(":")[2]: np.zeros((n, 5), np.float32)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..procedural.white import hash_rows_beside_zero
-from ..registry import f32, node
+from ..registry import constant, f32, node
 from .coordinates import columns
 from .geometry_inputs import affine, matrices, to_object, to_world
 from .vectors import dot, normalize, rotate
@@ -40,10 +40,12 @@ def attribute(x, props, points):
     if kind == "VIEW_LAYER":
         rows = np.array([props.get("value", (0.0,) * 4)], f32)
     elif kind == "GEOMETRY":
-        rows = points.attributes[name] if name else np.tile(np.array([0.0, 0.0, 0.0, 1.0], f32), (len(points), 1))
+        rows = points.attributes.get(name) if name else None
     else:
         table = points.objects.attributes.get(f"{kind}:{name}")
-        rows = np.zeros((len(points), 4), f32) if table is None else table[points.instance]
+        rows = None if table is None else table[points.instance]
+    if rows is None:  # of lamps and the world, or without a name
+        rows = np.tile(np.array([0.0, 0.0, 0.0, 1.0], f32), (len(points), 1))
     color = columns(rows[:, :3])
     mean = (color[0] + color[1] + color[2]) * f32(1.0 / 3.0)
     return {"Color": color, "Vector": color, "Fac": rows[:, 4] if rows.shape[1] > 4 else mean, "Alpha": rows[:, 3]}
@@ -60,10 +62,21 @@ def camera_data(x, props, points):
 def object_info(x, props, points):
     """Properties of the object that was hit."""
     table, i = points.objects, points.instance
-    return {"Location": columns(table.location.astype(f32)[i]), "Color": columns(table.color[i, :3]),
-            "Alpha": table.color[i, 3],
+    return {"Location": located(points), "Color": columns(table.color[i, :3]), "Alpha": table.color[i, 3],
             "Object Index": table.pass_index[i], "Random": table.random[i],
             "Material Index": np.full(len(i), props.get("material_index", 0), f32)}
+
+
+def located(points):
+    """Origins of the points' objects in the world (3, n) f32."""
+    return columns(points.objects.location[points.instance].astype(f32))
+
+
+@node("PhotonKnown")
+def known(x, props, points):
+    """Outputs that were known when the scene was read: what a lamp's nodes ask about their object."""
+    return {name: constant(value, "VECTOR" if isinstance(value, list) else "VALUE")
+            for name, value in props["values"].items()}
 
 
 @node("ShaderNodeParticleInfo", varies=True, needs={"objects"})
@@ -115,7 +128,7 @@ def _to_world(v, kind, space, points):
         if kind == "NORMAL":
             return to_world(points, v)
         turned = rotate(matrices(points.objects.matrix, points), v)
-        return turned + columns(points.objects.location.astype(f32)[points.instance]) if kind == "POINT" else turned
+        return turned + located(points) if kind == "POINT" else turned
     if space == "CAMERA":
         matrix = np.linalg.inv(points.camera.astype(np.float64)).astype(f32)
         if kind == "NORMAL":
@@ -135,7 +148,7 @@ def _from_world(v, kind, space, points):
         if kind == "NORMAL":
             return to_object(points, v)
         if kind == "POINT":
-            v = v - columns(points.objects.location.astype(f32)[points.instance])
+            v = v - located(points)
         return rotate(matrices(points.objects.inverse, points), v)
     if space == "CAMERA":
         if kind == "NORMAL":

@@ -337,3 +337,16 @@ def test_may_refract():
     for weight, answer in ((0.0, False), (0.3, True)):
         graph = one_shader("BsdfPrincipled", **{"Transmission Weight": weight}).graph
         assert may_refract(graph) == answer
+
+
+@pytest.mark.parametrize(("output", "smooth", "named"), [("Quadratic", 0.0, []), ("Quadratic", 0.5, ["Smooth"]),
+                                                         ("Linear", 0.0, ["Linear"]),
+                                                         ("Constant", 2.0, ["Constant", "Smooth"])])  # fmt: skip
+def test_falloff_on_surfaces_is_quadratic_and_said_to_be(output, smooth, named):
+    b = Builder()
+    outputs = dict.fromkeys(("Quadratic", "Linear", "Constant"), "VALUE")
+    falloff = b.add("ShaderNodeLightFalloff", outputs, Strength=("VALUE", 3.0), Smooth=("VALUE", smooth))
+    b.emission(strength=("VALUE", falloff, output))
+    np.testing.assert_allclose(b.program().emission(probe_points(1))[0], [3.0, 1.5, 0.75])
+    said = [str(issue) for issue in b.issues]
+    assert len(said) == len(named) and all(word in text for word, text in zip(named, said, strict=True))
