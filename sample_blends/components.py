@@ -5,7 +5,7 @@ is a few percent: the truth of a short run's noise and of what its radius smears
 right is another question, put by the references of references.py.
 
 Those of 64 x 64 are for the tests; those of 128 x 128, NAME_128.exr, for ``report`` beside the references of that
-size: ``python sample_blends/components.py --size 128 --seconds 110 NAME ...``.
+size: ``python sample_blends/components.py --size 128 --seconds 300 NAME ...``.
 """
 
 from __future__ import annotations

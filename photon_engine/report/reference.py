@@ -101,7 +101,7 @@ def read_reference(path: str | Path) -> tuple[dict[str, Known], dict[str, Any]]:
     meta = json.loads(spec.getattribute(ATTRIBUTE) or "{}")
     pixels = np.asarray(source.read_image(0, 0, 0, spec.nchannels, oiio.FLOAT), np.float32)[::-1]
     source.close()
-    if spec.format in (oiio.UINT8, oiio.UINT16):
+    if spec.format.basetype in (oiio.UINT8, oiio.UINT16):
         raise RenderError(str(path), "holds colours as a screen shows them, not radiance", "give an EXR")
     found: dict[tuple[str, str], int] = {}
     for index, channel in enumerate(spec.channelnames):
