@@ -158,7 +158,9 @@ def emit_aimed(lights, targets, l, u_pick, u0, u1, u2, u3):
 def aim_distant(lights, targets, l, c, u0, u1, u2, u3):
     """A photon of a sun or the world through the disk of target c: (o, d, phi)."""
     x, d, le = distant_line(lights, l, load3(targets.center, c), targets.radius[c], u0, u1, u2, u3)
-    return from_outside(lights, x, d), d, scale(le, 1.0 / disk_mixture(targets, l, x, d))
+    density = disk_mixture(targets, l, x, d)
+    phi = scale(le, 1.0 / density) if density > 0.0 else BLACK  # rounding left the target
+    return from_outside(lights, x, d), d, phi
 
 
 @inlined
@@ -257,7 +259,8 @@ def _aimed_mesh(lights, targets, l, c, u0, u1, u2, u3):
     """From a point of the emissive triangles, by flux, into the cone of target c; both sides radiate."""
     m, o, normal, density = mesh_origin(lights, u0, u1)
     d = toward(o, load3(targets.center, c), targets.radius[c], u2, u3)
-    gain = abs(dot(normal, d)) / (density * cone_mixture(targets, l, o, d))
+    density *= cone_mixture(targets, l, o, d)
+    gain = abs(dot(normal, d)) / density if density > 0.0 else 0.0  # rounding left the target
     return leave_mesh(lights, m, o, normal, d), d, scale(triangle_radiance(lights, m), gain), m
 
 

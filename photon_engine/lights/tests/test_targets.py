@@ -55,6 +55,17 @@ def test_a_small_glass_in_a_big_room_gets_its_photons():
     assert mean[0] < 0.3 * mean[1], "most photons hit"
 
 
+@pytest.mark.parametrize("name", ["sun disk", "mesh"])
+def test_a_line_that_rounding_puts_beside_its_target_is_black(name):
+    """A target of a nanometre a metre off; lines through the very rim of its disk."""
+    lights = SINGLE[name]()
+    targets = build_targets(lights, np.array([[1.0, 0.3, 0.2]]), np.array([1e-9]))
+    rim = 1.0 - 1e-9
+    flux = np.array([emit_aimed(lights, targets, 0, 0.5, *(rim, u, rim, u))[2] for u in np.linspace(0.0, 1.0, 400)])
+    assert np.isfinite(flux).all()
+    assert 0 < (flux.max(axis=1) > 0.0).sum() < 400, "some lines are beside it, some are not"
+
+
 NARROW = {
     "laser": lamp("AREA", frame((0.2, 0.1, 2.0), (0.2, 0.0, 0.0)), size=(0.02, 0.02), spread=0.0),
     "searchlight": lamp("AREA", frame((0.2, 0.1, 2.0)), size=(0.1, 0.1), spread=0.02),
