@@ -19,7 +19,7 @@ from ..geometry.kept import Kept
 from ..issues import IssueLog, log
 from ..jit import compile_seconds
 from ..kernel_cache import KernelCache
-from ..photons.batch import Deposits
+from ..photons.batch import ONE_ROUGH, Deposits
 from ..photons.map import PhotonMap, build_map
 from ..photons.radius import radius_factor
 from ..plan import Plan
@@ -48,7 +48,7 @@ PASS_NAMES = (
     "Direct", "Caustic", "Diffuse", "Emission", "Environment", "Alpha", "Depth", "Normal", "Albedo", "CausticBias",
     "DiffuseBias", "Denoising Albedo", "Denoising Normal",
 )  # in the order of eye_batch.Tile; fmt: skip
-GATHERED = {"caustic": 0, "diffuse": 1, "caustic_bias": 0, "diffuse_bias": 1}  # from which map, see PassPart.groups
+GATHERED = ("caustic", "diffuse", "caustic_bias", "diffuse_bias")  # what reads the maps
 # of one group, all maps together: 33 bytes each and three times that while it is sorted, hence less than 1 GB
 MOST_DEPOSITS = 1 << 23
 MOST_PHOTONS = 1 << 22  # of one group: 24 bytes each for the numbers that they start with, 72 while those are made
@@ -59,7 +59,7 @@ class PassPart(NamedTuple):
 
     i: int  # the pass
     group: int  # the part
-    groups: tuple[int, int]  # in how many parts the caustic map is made, and the diffuse one
+    groups: int  # in how many parts its maps are made
 
 
 class Renderer:
@@ -98,9 +98,8 @@ class Renderer:
         log.info("%s", self.plan)
         self.lamp_edges = find_edges(self.scene, self._pool, self.settings, cancelled)
         self._count("pilot", start)
-        for name, groups in zip(("Caustic Photons", "Diffuse Photons"), self._groups(), strict=True):
-            if groups > 1:
-                self.issues.info(name, f"a pass holds more than memory should: it is traced in {groups} parts")
+        if (groups := self._groups()) > 1:
+            self.issues.info("Photons", f"a pass holds more than memory should: it is traced in {groups} parts")
 
     def render_pass(self, i: int, cancelled: Callable[[], bool]) -> dict[str, np.ndarray] | None:
         """Pass i = 0, 1, ...: float32 pictures (h, w, channels), bottom row first; None when cancelled.
@@ -117,7 +116,7 @@ class Renderer:
         frame = self.data.frame
         height, width = frame.y1 - frame.y0, frame.x1 - frame.x0
         picture = empty_tile(height * width, self.plan.guides.runs)
-        for group in range(max(groups)):
+        for group in range(groups):
             maps = self._maps(PassPart(i, group, groups), radii, cancelled)
             part = picture if group == 0 else empty_tile(height * width, self.plan.guides.runs)
             if cancelled():
@@ -128,8 +127,8 @@ class Renderer:
                     getattr(picture, name)[:] += getattr(part, name)
         if cancelled():
             return None
-        for name, k in GATHERED.items():
-            getattr(picture, name)[:] *= np.float32(1.0 / groups[k])
+        for name in GATHERED:
+            getattr(picture, name)[:] *= np.float32(1.0 / groups)
         if not self.plan.direct:
             picture.direct[:] = 0.0  # a final gather's rays found a part of it
         black = np.zeros((1, 3), np.float32)
@@ -179,28 +178,29 @@ class Renderer:
             Clock(),
         )
 
-    def _groups(self) -> tuple[int, int]:
-        """In how many parts the caustic photons of a pass are traced, and the diffuse ones: what memory holds.
+    def _groups(self) -> int:
+        """In how many parts the photons of a pass are traced: what memory holds.
 
-        Told from the settings and the pilot alone: on another machine the picture is the same.
+        As many for both maps, since rays of a final gather that land on glossy surfaces read both, and lamps, into one
+        picture. Told from the settings and the pilot alone: on another machine the picture is the same.
         """
         caustic = self.settings.caustic_photons if self.plan.caustic_map else 0
         diffuse = self.settings.diffuse_photons if self.plan.diffuse_map else 0
         # GLOBAL keeps one more
-        return parts(caustic, self.pilot.caustic.stored), parts(diffuse, self.pilot.diffuse.stored + 1.0)
+        return max(parts(caustic, self.pilot.caustic.stored), parts(diffuse, self.pilot.diffuse.stored + 1.0))
 
     def _maps(self, part: PassPart, radii: tuple[Radius, Radius], cancelled: Callable[[], bool]) -> Maps:
         """Trace the photons of a part of a pass and sort them into maps."""
         caustic = diffuse = first = None
         caustic_radius, diffuse_radius = radii
-        if self.plan.caustic_map and part.group < part.groups[0]:
+        if self.plan.caustic_map:
             deposits = self._trace(part, CAUSTIC, cancelled)
             caustic = self._build(deposits, caustic_radius)
-        if self.plan.diffuse_map and part.group < part.groups[1] and not cancelled():
+        if self.plan.diffuse_map and not cancelled():
             gathering = self.plan.gathers
             deposits = self._trace(part, GLOBAL if gathering else DIFFUSE, cancelled)
             if gathering:
-                later = deposits.seen > 1
+                later = deposits.seen >= ONE_ROUGH
                 first = self._build(Deposits(*(field[~later] for field in deposits)), diffuse_radius)
                 deposits = Deposits(*(field[later] for field in deposits))
             diffuse = self._build(deposits, diffuse_radius)
@@ -239,13 +239,13 @@ class Renderer:
         """Deposits of a part of a pass in a mode, counted in the statistics."""
         start = time.perf_counter()
         name = "caustic" if mode == CAUSTIC else "diffuse"
-        run = run_for(self.settings, part.i, mode, part.group, part.groups[0 if mode == CAUSTIC else 1])
+        run = run_for(self.settings, part.i, mode, part.group, part.groups)
         deposits, tally, rays = trace_photons(self.scene, self._pool, run, cancelled, self.rooms)
         self._count(f"trace {name}", start)
         self.statistics["rays"][name] = self.statistics["rays"].get(name, 0) + rays
         self.statistics["photons"][name] = self.statistics["photons"].get(name, 0) + len(deposits.wi)
         flux = self.statistics["flux"].setdefault(name, np.zeros((4, 3)))
-        flux += tally / part.groups[0 if mode == CAUSTIC else 1]
+        flux += tally / part.groups
         self._report_cap(name, tally)
         return deposits
 
