@@ -254,9 +254,10 @@ def sample_lobes(laws, surfaces, points, gathers, lobes, narrow, paths):
             continue
         n = lobe_rays(rows, row, scratch, narrow)
         for j in range(n):
+            if j > 0 and gathers == 1:  # the ray before has told the lobes that gather apart, in scratch
+                prepare(rows, row, ns, ng, wo, laws.threshold, scratch)
+                keep_lobes(rows, row, scratch, lobes)
             count = _sample_lobe(laws, surfaces, points, m, (p, ns, ng, wo), gathers, lobes, j, n, paths, count)
-            if j + 1 < n and gathers == 1:
-                prepare(rows, row, ns, ng, wo, laws.threshold, scratch)  # what gathers was told apart in it
     return count
 
 
@@ -264,7 +265,7 @@ def sample_lobes(laws, surfaces, points, gathers, lobes, narrow, paths):
 def _sample_lobe(laws, surfaces, points, m, frame, gathers, lobes, j, n, paths, count):
     """The j-th of n rays from the prepared lobes of visible point m, as path `count`; out: the next free place.
 
-    frame : (p, ns, ng, wo)
+    frame : (p, ns, ng, wo). Where gathers is 1, scratch may be left with the narrow lobes alone.
     """
     p, ns, ng, wo = frame
     i = points.hit[m]
@@ -280,6 +281,7 @@ def _sample_lobe(laws, surfaces, points, m, frame, gathers, lobes, j, n, paths, 
     s = 1.0 / (eta * eta * n)
     beta = load3(points.beta, m)
     out = (beta[0] * weight[0] * s, beta[1] * weight[1] * s, beta[2] * weight[2] * s)
+    kind = rough_kind(rows.kind[row], scratch) if len(paths.trail) else 0  # while all lobes have their weights
     gather = out
     if gathers != 2 and lobes != NARROW:
         gather = (0.0, 0.0, 0.0)
@@ -301,6 +303,5 @@ def _sample_lobe(laws, surfaces, points, m, frame, gathers, lobes, j, n, paths, 
         prim = surfaces.prim[i]
         paths.inside[count] = after_surface(laws.media, points.inside[m], prim, dot(ng, wo), dot(ng, wi))
     if len(paths.trail):
-        kind = rough_kind(rows.kind[row], scratch)
         paths.trail[count] = bounced(points.trail[m], kind, dot(ng, wo) * dot(ng, wi) > 0.0)
     return count + 1

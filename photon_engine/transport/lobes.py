@@ -34,6 +34,8 @@ def _keep(rows, row, scratch, narrow):
     """Zero the weights of the other kind of lobes."""
     remains = False
     for k in range(rows.kind.shape[1]):
+        if rows.kind[row, k] == NONE:  # beyond it scratch holds another hit's lobes
+            break
         if scratch[k, 4] != CLASS_ROUGH:
             continue
         if is_narrow(rows, row, k) == narrow:
