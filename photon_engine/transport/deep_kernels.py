@@ -17,7 +17,8 @@ from .eye_kernels import draw, kept
 from .photon_rules import after_rough, roulette
 from .walk_kernels import begin
 
-WALK_KEYS = 1 << 22  # keys of walks, apart from those of forks and landings
+WALK_KEYS = 1 << 23  # keys of walks, apart from those of forks, lobe rays, landings, and a pixel's other paths;
+LANDED = 4096  # those of walks from where a gather's legs land begin so much later
 PICK, WAY, WAY2, KEEP = 0, 1, 2, 3  # random numbers of the entry, which come before those of the legs
 OUT, OUT2, END = 4, 5, 6  # and of a photon's way out
 
@@ -77,7 +78,7 @@ def landings_below(laws, surfaces, paths, bounce, walkers):
         if surfaces.prim[i] < 0 or not has_deep(surfaces.rows, surfaces.row[i]):
             continue
         wo, beta = scale(load3(paths.d, i), -1.0), load3(paths.gather, i)
-        key = path_key(paths.key[i], WALK_KEYS + 4096 + bounce)
+        key = path_key(paths.key[i], WALK_KEYS + LANDED + bounce)
         count = _look_below(laws, surfaces, i, wo, beta, key, walkers, count)
     return count
 

@@ -9,8 +9,10 @@ import numpy as np
 from ..shading.trail import no_trails
 from .media import no_bits
 
-DIRECT_DIMENSION = 4096  # random numbers of direct light and gathering come after those of the eye path
-SECOND_DIMENSION = 8192
+# random numbers of direct light and gathering come after those of the eye path's first 255 bounces,
+DIRECT_DIMENSION = 4096
+SECOND_DIMENSION = 8192  # those of rays from the lobes, which bounce too, after these,
+LATE_DIMENSION = 1 << 16  # and those of the eye path's later bounces after all others
 FILTER, LENS, CHOICE, LIGHT, LOBE = range(5)  # sets of numbers that are spread evenly over pixels
 LATTICE_X, LATTICE_Y = 0.7548776662466927, 0.5698402909980532  # 1 / g, 1 / g^2 with g^3 = g + 1 [Roberts 2018, R2]
 

@@ -10,13 +10,13 @@ from ..bsdf.split import is_fork, sample_side, sides, straight_through
 from ..bsdf.surface import emission, prepare, sample
 from ..film.passes import BACKGROUND_DEPTH
 from ..geometry.surface import leave, surface_point
-from ..jit import kernel
+from ..jit import inlined, kernel
 from ..lights.sample import lamps_along_ray, suns_along_ray, world_radiance
 from ..sampling.even import even_pair
 from ..sampling.rng import DIMENSIONS_PER_BOUNCE, path_key, uniform
 from ..shading.trail import GLOSSY, SINGULAR, bounced, passed
 from ..vec import add, dot, load3, luminance, madd, max3, mul, scale, store3
-from .eye_batch import CHOICE, DIRECT_DIMENSION, LIGHT, LOBE, SECOND_DIMENSION
+from .eye_batch import CHOICE, DIRECT_DIMENSION, LATE_DIMENSION, LIGHT, LOBE, SECOND_DIMENSION
 from .media import after_surface
 from .photon_kernels import choose_class
 
@@ -145,7 +145,7 @@ def _take_one(laws, rules, surfaces, paths, i, bounce, frame, weights, onward, a
     """One of the ways that lead on from a hit, picked by sampling weight; out: as of `eye_step`."""
     p, ns, ng, wo = frame
     key = paths.key[i]
-    dim = (bounce + 1) * DIMENSIONS_PER_BOUNCE
+    dim = first_dimension(bounce)
     cls, p_class, u0 = choose_class(weights[0], weights[1], weights[2], uniform(key, dim))
     beta = load3(paths.beta, i)
     if paths.bare[i] and cls != CLASS_NULL:
@@ -180,7 +180,7 @@ def _take_all(laws, rules, surfaces, paths, i, bounce, frame, weights, onward, a
     """
     _, ns, ng, wo = frame
     rows, row, scratch = surfaces.rows, surfaces.row[i], surfaces.scratch
-    dim = (bounce + 1) * DIMENSIONS_PER_BOUNCE
+    dim = first_dimension(bounce)
     beta, key = load3(paths.beta, i), paths.key[i]
     matte = _is_matte(surfaces, paths, i, weights)
     lit = kept(max3(beta) * weights[2], key, dim)
@@ -209,6 +209,13 @@ def _take_all(laws, rules, surfaces, paths, i, bounce, frame, weights, onward, a
                 onward.splits[alive] = paths.splits[i] - 1
                 alive += 1
     return alive, ended
+
+
+@inlined
+def first_dimension(bounce):
+    """The first random number of an eye path's bounce; from bounce 255 on they come behind those of visible points."""
+    first = (bounce + 1) * DIMENSIONS_PER_BOUNCE
+    return first if first < DIRECT_DIMENSION else first + LATE_DIMENSION
 
 
 @kernel
