@@ -28,7 +28,7 @@ from .eye_pass import region_of
 from .photon_pass import PhotonRun, trace_photons
 from .photon_rules import CAUSTIC, DIFFUSE
 from .render_scene import RenderScene
-from .subsurface import footprints_below
+from .subsurface import seen_below
 
 PILOT_PHOTONS = 16384
 PILOT_PIXELS = 4096
@@ -162,7 +162,9 @@ def _look(scene: RenderScene, settings: Settings, cancelled: Callable[[], bool])
         points = empty_points(len(paths.key), scene.absorbs, scene.trails)
         onward = empty_paths(len(paths.key), scene.absorbs, scene.trails)
         if scene.plan.subsurface:
-            footprints.append(footprints_below(scene, surfaces, paths, bounce))
+            footprint, position = seen_below(scene, surfaces, paths, bounce)
+            footprints.append(footprint)
+            positions.append(position)
         n, ended = eye_step(scene.laws, scene.rules, scene.seen_lights, surfaces, paths, bounce, onward, points, tile)
         if ended:
             hit = points.hit[:ended]

@@ -37,11 +37,12 @@ def walk(scene: RenderScene, walkers: Walkers) -> tuple[np.ndarray, int]:
     return np.flatnonzero(walkers.prim >= 0), rays
 
 
-def footprints_below(scene: RenderScene, surfaces: Surfaces, paths: EyePaths, bounce: int) -> np.ndarray:
-    """Footprints (k,) f32 [m] of the pixels whose eye paths go below the surfaces they hit."""
+def seen_below(scene: RenderScene, surfaces: Surfaces, paths: EyePaths, bounce: int) -> tuple[np.ndarray, np.ndarray]:
+    """Where eye paths go below the surfaces they hit: footprints (k,) f32 of pixels, and points (k, 3) f64 [m]."""
     n = len(paths.key)
-    footprint = np.empty(n, f32)
-    return footprint[: eyes_below(scene.laws, scene.rules, surfaces, paths, bounce, empty_walkers(n), footprint)]
+    walkers, footprint = empty_walkers(n), np.empty(n, f32)
+    count = eyes_below(scene.laws, scene.rules, surfaces, paths, bounce, walkers, footprint)
+    return footprint[:count], walkers.p[:count]
 
 
 def light_below(

@@ -7,13 +7,14 @@ import numpy as np
 
 from ...issues import IssueLog
 from ...lights.rings import no_rings
-from ...scene.data import Camera, Instance, Light, World
+from ...scene.data import Camera, Instance, Light, Material, World
 from ...settings import Settings
 from ..photon_pass import PhotonRun, trace_photons
 from ..photon_rules import DIFFUSE
 from ..pilot import run_pilot
 from ..render_scene import RenderScene
 from .test_shadowless import MATTE, plates
+from .test_subsurface import flesh
 
 HALF, RUNS = 20.0, 12
 PHOTONS, EVEN_PHOTONS = 60_000, 1_000_000  # so many of those spread evenly bring 100 to the wall
@@ -59,3 +60,13 @@ def test_disks_change_the_noise_of_diffuse_light_and_not_its_mean():
     assert error < 0.1 * even.mean(), "measured 0.06"
     # measured 0.08; the ratio of two variances of 12 values each is known to a factor of 3
     assert aimed.var() * PHOTONS < 0.3 * even.var() * EVEN_PHOTONS
+
+
+def test_what_scatters_below_the_surface_alone_is_seen_too():
+    wall = wall_on_ground()
+    flayed = dataclasses.replace(wall, materials=[Material(m.name, flesh().graph) for m in wall.materials])
+    settings = Settings(diffuse_photons=1000)
+    scene = RenderScene(flayed, settings, IssueLog(), lambda _text: None)
+    with ThreadPoolExecutor(2) as pool:
+        run_pilot(scene, pool, settings, [DIFFUSE], lambda: False)
+    assert len(scene.rings.radius) >= 3
