@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from ..camera.rays import generate_ray
 from ..jit import kernel
 from ..sampling.even import even_pair, morton
@@ -13,15 +15,26 @@ FURTHER = 1 << 20  # keys of a pixel's further paths; forks take the first numbe
 ROUND = 1 << 22  # keys of a pixel's paths after the first
 
 
+class Region(NamedTuple):
+    """Which pixels are drawn, and which of their paths."""
+
+    x0: int  # left column [px]
+    y0: int  # bottom row
+    width: int  # of the region
+    row: int  # width of the full frame
+    stride: int  # every so many pixels are drawn, counted row by row
+    path: int  # which path of each pixel
+    paths: int  # of how many
+
+
 @kernel
 def camera_rays(camera, key, region, first, splits, paths):
-    """Eye paths of pixels first, first + stride, ... of a region, row by row.
+    """Eye paths of pixels first, first + stride, ... of a Region, row by row.
 
-    region : (x0, y0, width, full width of the frame, stride) [px], which path of the pixel, of how many
     splits : at how many forks a path goes every way
     """
     for i in range(len(paths.key)):
-        x, y = _pixel_at(region, first + i * region[4])
+        x, y = _pixel_at(region, first + i * region.stride)
         place = _place(region, x, y)
         u0, u1 = even_pair(key, place, FILTER)
         u2, u3 = even_pair(key, place, LENS) if camera.aperture_radius > 0.0 else (0.0, 0.0)
@@ -50,20 +63,20 @@ def further_rays(camera, key, region, pixels, splits, paths):
 @kernel
 def _pixel_at(region, index):
     """Place in the full frame of a region's pixel, counted row by row."""
-    return region[0] + index % region[2], region[1] + index // region[2]
+    return region.x0 + index % region.width, region.y0 + index // region.width
 
 
 @kernel
 def _place(region, x, y):
     """Which even numbers a pixel's path takes: those of one pixel follow each other."""
-    return morton(x, y) * region[6] + region[5]
+    return morton(x, y) * region.paths + region.path
 
 
 @kernel
 def _first_key(key, region, x, y):
     """Key of a pixel's path."""
-    first = path_key(key, y * region[3] + x)
-    return first if region[5] == 0 else path_key(first, ROUND + region[5])
+    first = path_key(key, y * region.row + x)
+    return first if region.path == 0 else path_key(first, ROUND + region.path)
 
 
 @kernel

@@ -11,7 +11,8 @@ import numpy as np
 
 from ..photons.batch import head
 from ..photons.map import PhotonMap
-from .camera_kernels import camera_rays, further_rays
+from ..scene.data import Frame
+from .camera_kernels import Region, camera_rays, further_rays
 from .clearing import find_clearings
 from .clipping import no_clearings
 from .clock import Clock
@@ -96,9 +97,9 @@ def _part(picture: Tile, first: int) -> Tile:
     return Tile(*(field[first : first + PIXELS_AT_ONCE] for field in picture))
 
 
-def region_of(frame, stride: int = 1, path: int = 0, paths: int = 1) -> np.ndarray:
-    """The region as camera_rays takes it; stride: of the pixels that are drawn; path: which of their `paths`."""
-    return np.array([frame.x0, frame.y0, frame.x1 - frame.x0, frame.width, stride, path, paths], np.int64)
+def region_of(frame: Frame, stride: int = 1, path: int = 0, paths: int = 1) -> Region:
+    """The region of a frame; stride: of the pixels that are drawn; path: which of their `paths`."""
+    return Region(frame.x0, frame.y0, frame.x1 - frame.x0, frame.width, stride, path, paths)
 
 
 def room_for(scene: RenderScene, splits: np.ndarray) -> int:
@@ -179,7 +180,7 @@ def straight_on(paths: EyePaths) -> EyePaths:
 
 
 def _see_edges(
-    scene: RenderScene, run: EyeRun, region: np.ndarray, tile: Tile, edges: np.ndarray, first: int, cancelled
+    scene: RenderScene, run: EyeRun, region: Region, tile: Tile, edges: np.ndarray, first: int, cancelled
 ) -> int:
     """Emission of some pixels of a tile as the mean over further paths too; out: rays traced."""
     seen = empty_tile(len(edges), False)

@@ -76,7 +76,6 @@ def emit_everywhere(lights, rings, media, points, key, first, photons, births):
     total = len(points)
     ringed = len(rings.radius) > 0
     for i in range(len(photons.key)):
-        k = path_key(key, first + i)
         n = first + i
         light, p_light, _ = pick(rings.aimed_cdf if ringed else lights.photon_cdf, shifted(points, key, n, 0))
         u0, u1 = shifted(points, key, n, 1), shifted(points, key, n, 2)
@@ -87,11 +86,8 @@ def emit_everywhere(lights, rings, media, points, key, first, photons, births):
             o, d, phi = aim_distant(lights, rings, light, ring, u0, u1, u2, u3)
         else:
             o, d, phi, m = emit_photon(lights, light, u0, u1, u2, u3)
-        photons.dark[i] = dark_distance(lights, light, o, d)
-        if len(photons.inside):
-            photons.inside[i] = media.at_light[light]
-        _launch(photons, i, k, o, d, scale(phi, 1.0 / (p_light * total)))
-        _note_birth(lights, births, i, light, m, o)
+        photons.key[i] = path_key(key, n)
+        _launch(lights, media, photons, births, i, light, (o, d, scale(phi, 1.0 / (p_light * total))), m)
 
 
 @kernel
@@ -99,7 +95,6 @@ def emit_at_targets(lights, targets, media, points, key, first, photons, births)
     """Photons `first` onward of len(points), aimed at the specular objects."""
     total = len(points)
     for i in range(len(photons.key)):
-        k = path_key(key, first + i)
         n = first + i
         light, p_light, _ = pick(targets.aimed_cdf, shifted(points, key, n, 0))
         o, d, phi, m = emit_aimed(
@@ -112,26 +107,21 @@ def emit_at_targets(lights, targets, media, points, key, first, photons, births)
             shifted(points, key, n, 3),
             shifted(points, key, n, 4),
         )
-        photons.dark[i] = dark_distance(lights, light, o, d)
-        if len(photons.inside):
-            photons.inside[i] = media.at_light[light]
-        _launch(photons, i, k, o, d, scale(phi, 1.0 / (p_light * total)))
-        _note_birth(lights, births, i, light, m, o)
+        photons.key[i] = path_key(key, n)
+        _launch(lights, media, photons, births, i, light, (o, d, scale(phi, 1.0 / (p_light * total))), m)
 
 
 @inlined
-def _launch(photons, i, k, o, d, phi):
-    """Write a new photon."""
+def _launch(lights, media, photons, births, i, light, ray, m):
+    """Write new photon i, which left a light by this ray (o, d, flux), and its birth; m : as of `emit_photon`."""
+    o, d, phi = ray
     store3(photons.o, i, o)
     store3(photons.d, i, d)
     store3(photons.phi, i, phi)
-    photons.key[i] = k
     photons.seen[i] = 0
-
-
-@inlined
-def _note_birth(lights, births, i, light, m, o):
-    """The light that photon i left, and where on emissive triangle m when its flux depends on that."""
+    photons.dark[i] = dark_distance(lights, light, o, d)
+    if len(photons.inside):
+        photons.inside[i] = media.at_light[light]
     births.light[i] = light
     births.emitter[i] = -1
     if m >= 0 and lights.tri_shaded[m]:
