@@ -75,6 +75,7 @@ def render_tiles(
 ) -> int:
     """Draw every pixel of the region into the picture (arrays of n pixels), the mean of its paths; out: rays traced.
 
+    Depth is that of the first path: no surface lies at the mean depth of an edge and what is behind it.
     Threads share runs of pixels and the paths through them: a small picture has too few runs to share out evenly.
     """
     parts = [(first, k) for first in range(0, len(picture.alpha), PIXELS_AT_ONCE) for k in range(run.paths)]
@@ -84,10 +85,10 @@ def render_tiles(
     ):
         rays += traced
         if k > 0:
-            for total, part in zip(_part(picture, first), tile, strict=True):
+            for total, part in zip(_averaged(_part(picture, first)), _averaged(tile), strict=True):
                 total += part
     if run.paths > 1:
-        for total in picture:
+        for total in _averaged(picture):
             total *= np.float32(1.0 / run.paths)
     return rays
 
@@ -95,6 +96,11 @@ def render_tiles(
 def _part(picture: Tile, first: int) -> Tile:
     """One run of a picture's pixels."""
     return Tile(*(field[first : first + PIXELS_AT_ONCE] for field in picture))
+
+
+def _averaged(tile: Tile) -> list[np.ndarray]:
+    """What is the mean over the paths of a pixel."""
+    return [field for name, field in zip(tile._fields, tile, strict=True) if name != "depth"]
 
 
 def region_of(frame: Frame, stride: int = 1, path: int = 0, paths: int = 1) -> Region:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from ...film.passes import BACKGROUND_DEPTH
 from ...issues import IssueLog
 from ...plan import FEWEST_PIXELS, camera_paths
 from ...settings import Settings
@@ -35,6 +36,17 @@ def test_noise_of_neighbours_cancels():
     found = passes(2 * PASSES, eye_samples=1)
     blocks = found.reshape(2 * PASSES, 3, 4, 3, 4, 3).mean(axis=(2, 4))
     assert 16.0 * blocks.var(axis=0, ddof=1).mean() < 0.8 * found.var(axis=0, ddof=1).mean()
+
+
+def test_depth_is_of_one_path():
+    """At the rim of the floor a pixel is as deep as the floor or as the background, as in Cycles, not in between."""
+    renderer = Renderer(scene(pane="Matte"), Settings(**FEW, eye_samples=4), IssueLog())
+    renderer.prepare(lambda _text: None)
+    picture = renderer.render_pass(0, lambda: False)
+    renderer.close()
+    depth = picture["Depth"]
+    assert (depth == BACKGROUND_DEPTH).any() and depth.min() < 4.01
+    assert ((depth == BACKGROUND_DEPTH) | (depth < 4.01)).all()
 
 
 @pytest.mark.parametrize(
