@@ -71,7 +71,6 @@ class MaterialTable:
         self.objects = ObjectTable.from_instances(scene.instances) if self.varying else None
         self.has_sharp = self._flags(lambda program: program.has_sharp(threshold), False)
         self.emits = self._flags(lambda program: program.emits, False)
-        self.has_deep = bool(self._flags(lambda program: program.has_deep, False).any())
         self.bends_deep = bool(self._flags(lambda program: program.bends_deep, False).any())
         ends = self._flags(lambda program: only_rough(program, threshold), True)
         # rows for photons that end at any rough surface: there the default one, which costs nothing, tells as much

@@ -108,7 +108,6 @@ class RenderScene:
         self.casts_shadow = np.array([item.visible_shadow for item in scene.instances] + [True], bool)
         holdout = np.array([item.holdout for item in scene.instances] + [False], bool)
         forward = -scene.camera.matrix[:3, 2] / np.linalg.norm(scene.camera.matrix[:3, 2])
-        eye = scene.camera.matrix[:3, 3] - self.flat.origin
         self.rules = EyeRules(
             scene.frame.transparent, visible, holdout, np.ascontiguousarray(forward, np.float64), eye
         )

@@ -102,6 +102,12 @@ def guide_density(length, cos):
 
 
 @kernel
+def guide_cos(length, u):
+    """A cosine to the normal of a guided leg, distributed as `guide_density` says."""
+    return length - (length + 1.0) * ((length - 1.0) / (length + 1.0)) ** u
+
+
+@kernel
 def turned(d, cos, u):
     """A direction at this cosine to the unit vector d, at the angle 2 pi u about it."""
     s, t = basis(d)
@@ -170,8 +176,7 @@ def _turn(walkers, i, bounce):
     guided = uniform(key, dim + 2) < share
     u0, u1 = uniform(key, dim + 4), uniform(key, dim + 5)
     if guided:
-        cos = length - (length + 1.0) * ((length - 1.0) / (length + 1.0)) ** u0
-        cos = -cos if backward else cos
+        cos = -guide_cos(length, u0) if backward else guide_cos(length, u0)
         new = turned(n, cos, u1)
     else:
         new = turned(w, phase_cos(g, u0), u1)

@@ -17,7 +17,7 @@ from ..matte_kernels import empty_lanes
 from ..photon_kernels import ABSORBED, Leg, deep_lists
 from ..render_scene import RenderScene
 from ..subsurface import carry_below, walk
-from ..walk_kernels import empty_walkers
+from ..walk_kernels import empty_walkers, guide_cos, guide_density, phase, phase_cos
 
 CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-0.25, 0.25)], np.float32)
 SIDES = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
@@ -121,6 +121,29 @@ def test_photons_and_eye_paths_see_the_same(name):
     error = np.sqrt(sum(way.var(axis=0) / len(way) for way in ways))
     assert (error < 0.009 * eye).all()
     assert (abs(photon - eye) < 4.0 * error).all(), photon / eye
+
+
+STEPS = (np.arange(4000) + 0.5) / 4000
+
+
+def assert_sampled(cosines, density, error):
+    """As many of the cosines that evenly spread numbers give lie below a value as the density [1/sr] says."""
+    for x in (-0.5, 0.6, 1.0):
+        below = 2.0 * np.pi * np.mean([density(c) for c in -1.0 + STEPS * (x + 1.0)]) * (x + 1.0)
+        assert (cosines <= x).mean() == pytest.approx(below, abs=error)
+
+
+@pytest.mark.parametrize("g", [-0.8, 0.0, 0.5, 0.9])
+def test_phase_function_is_sampled_as_it_is(g):
+    cosines = np.array([phase_cos(g, u) for u in STEPS])
+    assert cosines.mean() == pytest.approx(g, abs=1e-3)
+    assert_sampled(cosines, lambda c: phase(g, c), 1e-3)
+
+
+@pytest.mark.parametrize("length", [1.02, 1.5, 30.0])
+def test_guide_is_sampled_as_it_is(length):
+    cosines = np.array([guide_cos(length, u) for u in STEPS])
+    assert_sampled(cosines, lambda c: guide_density(length, c), 1e-3)
 
 
 def test_a_white_body_loses_nothing():
