@@ -61,7 +61,7 @@ class Settings:
         group="Photons",
     )
     diffuse_photons: int = setting(
-        100_000,
+        200_000,
         "Diffuse Photons",
         "Photons for light between rough surfaces in each pass",
         min=0,
@@ -120,7 +120,7 @@ class Settings:
     light_samples: int = setting(
         4,
         "Light Samples",
-        "Shadow rays from each visible point in each pass, and up to 4 rays that look where a glossy lobe reflects "
+        "Shadow rays from each visible point in each pass, and up to 2 rays that look where a glossy lobe reflects "
         "(twice as many through rough glass)",
         min=1,
         max=64,

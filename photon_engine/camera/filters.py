@@ -64,3 +64,9 @@ def sample_filter(table, u):
     i = min(int(position), len(table) - 2)
     value = table[i] + (position - i) * (table[i + 1] - table[i])
     return value if x >= 0.0 else -value
+
+
+def filter_position(table: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """The number u in [0, 1] for which `sample_filter` tells the offset x [px]: 0 or 1 beyond the filter's reach."""
+    s = np.interp(np.abs(x), table, np.linspace(0.0, 1.0, len(table)))
+    return 0.5 + 0.5 * np.sign(x) * (1.0 - (1.0 - s) ** 4)

@@ -43,21 +43,33 @@ def camera_rays(camera, key, region, first, splits, paths):
 
 
 @kernel
-def further_rays(camera, key, region, pixels, splits, paths):
-    """Eye paths of chosen pixels besides those of `camera_rays`, each number of which all pixels have: row by row.
+def draw_points(key, region, pixels, numbers, boxes, points):
+    """Where in their pixels' filter further paths go: points (m, 2) f64 in the unit square.
 
-    pixels : (m,) i64 of the region; path i is of pixels[i % m]. Its point of the pixel belongs to a lattice about that
-    of `camera_rays`, so that all of them cover the pixel evenly while each is distributed as a single one.
+    pixels : (m,) i64 of the region;  numbers : (m,) i64, which path of its pixel each is; 0: that of `camera_rays`
+    boxes : (m, 4) f64, low and high edges in the unit square. A path with the whole square belongs to a lattice about
+    that of `camera_rays`, so that all of them cover the pixel evenly while each is distributed as a single one.
     """
+    for i in range(len(pixels)):
+        x, y = _pixel_at(region, pixels[i])
+        if boxes[i, 0] == 0.0 and boxes[i, 1] == 1.0 and boxes[i, 2] == 0.0 and boxes[i, 3] == 1.0:
+            u0, u1 = even_pair(key, _place(region, x, y), FILTER)
+            points[i, 0] = (u0 + numbers[i] * LATTICE_X) % 1.0
+            points[i, 1] = (u1 + numbers[i] * LATTICE_Y) % 1.0
+        else:
+            k = path_key(_first_key(key, region, x, y), FURTHER + numbers[i])
+            points[i, 0] = boxes[i, 0] + uniform(k, 0) * (boxes[i, 1] - boxes[i, 0])
+            points[i, 1] = boxes[i, 2] + uniform(k, 1) * (boxes[i, 3] - boxes[i, 2])
+
+
+@kernel
+def further_rays(camera, key, region, pixels, numbers, points, splits, paths):
+    """Eye paths of chosen pixels besides those of `camera_rays`, as of `draw_points`: path i adds to pixel i."""
     for i in range(len(paths.key)):
-        m = i % len(pixels)
-        x, y = _pixel_at(region, pixels[m])
-        first = _first_key(key, region, x, y)
-        number = 1 + i // len(pixels)
-        u0, u1 = even_pair(key, _place(region, x, y), FILTER)
-        u0, u1 = (u0 + number * LATTICE_X) % 1.0, (u1 + number * LATTICE_Y) % 1.0
-        k = path_key(first, FURTHER + number)
-        _begin(paths, i, k, m, generate_ray(camera, x, y, u0, u1, uniform(k, 2), uniform(k, 3)), splits)
+        x, y = _pixel_at(region, pixels[i])
+        k = path_key(_first_key(key, region, x, y), FURTHER + numbers[i])
+        ray = generate_ray(camera, x, y, points[i, 0], points[i, 1], uniform(k, 2), uniform(k, 3))
+        _begin(paths, i, k, i, ray, splits)
 
 
 @kernel

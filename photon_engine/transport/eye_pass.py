@@ -12,7 +12,7 @@ import numpy as np
 from ..photons.batch import head
 from ..photons.map import PhotonMap
 from ..scene.data import Frame
-from .camera_kernels import Region, camera_rays, further_rays
+from .camera_kernels import Region, camera_rays, draw_points, further_rays
 from .clearing import find_clearings
 from .clipping import no_clearings
 from .clock import Clock
@@ -28,6 +28,7 @@ from .emission import multiply_radiance
 from .eye_batch import EyePaths, Tile, VisiblePoints, empty_paths, empty_points, empty_tile
 from .eye_kernels import eye_step
 from .gather_kernels import gather
+from .glints import Glints, mixture, no_glints
 from .lamp_nodes import meet_lamps, multiply_nodes, see_lamps
 from .lobes import ALL, NARROW, WIDE, most_lobe_rays
 from .near_kernels import Radius, look_up
@@ -52,6 +53,19 @@ class Maps(NamedTuple):
     diffuse_radius: Radius
 
 
+class LampImages(NamedTuple):
+    """Where lamps are seen by a part of a pixel, and further paths look; see lamp_edges.find_images."""
+
+    edges: np.ndarray  # (n,) bool, pixels at an edge of a lamp that is seen
+    further: int  # paths more that go evenly to such a pixel
+    glints: Glints
+
+
+def no_images(n: int) -> LampImages:
+    """Nowhere among n pixels."""
+    return LampImages(np.zeros(n, bool), 0, no_glints(n))
+
+
 class EyeRun(NamedTuple):
     """What an eye pass does."""
 
@@ -65,8 +79,7 @@ class EyeRun(NamedTuple):
     gather_all: bool  # final gather at every visible point
     gather_narrow: bool  # final gather for narrow lobes
     around: float  # how many footprints around visible points walls and rims are looked for; 0: they are not
-    lamp_edges: np.ndarray  # (n,) bool, pixels at an edge of a lamp that is seen, as of lamp_edges.find_edges
-    further: int  # paths more that are followed there
+    images: LampImages
     clock: Clock  # told where the time goes: eye, direct, edges, gather
 
 
@@ -135,9 +148,8 @@ def _render_paths(scene: RenderScene, run: EyeRun, maps: Maps, tile: Tile, cance
     tile.depth[:] = BACKGROUND_DEPTH
     light = partial(_light_points, scene, run, maps)
     rays = follow(scene, run, paths, tile, cancelled, lambda surfaces, points: light(surfaces, points, tile, 0))
-    edges = np.flatnonzero(run.lamp_edges[first : first + n])
-    if len(edges) and not cancelled():
-        rays += _see_edges(scene, run, region, tile, edges, first, cancelled)
+    if not cancelled():
+        rays += _see_images(scene, run, region, tile, first, cancelled)
     return rays
 
 
@@ -185,18 +197,49 @@ def straight_on(paths: EyePaths) -> EyePaths:
     return EyePaths(*(field[index] if len(field) else field for field in paths))
 
 
-def _see_edges(
-    scene: RenderScene, run: EyeRun, region: Region, tile: Tile, edges: np.ndarray, first: int, cancelled
-) -> int:
-    """Emission of some pixels of a tile as the mean over further paths too; out: rays traced."""
-    seen = empty_tile(len(edges), False)
-    paths = empty_paths(len(edges) * run.further, scene.absorbs, scene.trails)
-    paths.inside[:] = scene.camera_inside
-    further_rays(scene.camera, run.key, region, edges + first, run.splits, paths)
-    paths.unguided[:] = False
-    rays = follow(scene, run, paths, seen, cancelled)
-    tile.emission[edges] = (tile.emission[edges] + seen.emission) / (1 + run.further)
+def _see_images(scene: RenderScene, run: EyeRun, region: Region, tile: Tile, first: int, cancelled) -> int:
+    """Emission of the pixels of a tile in which lamps have images by further paths too; out: rays traced."""
+    pixels, numbers, boxes = further_paths(run.images, first, len(tile.alpha))
+    if not len(pixels):
+        return 0
+    points, weight = np.empty((len(pixels), 2)), np.empty(len(pixels))
+    draw_points(run.key, region, pixels, numbers, boxes, points)
+    even = 1.0 + run.images.further * run.images.edges[pixels]
+    mixture(run.images.glints, pixels, points, even, weight)
+    main = numbers == 0
+    tile.emission[pixels[main] - first] *= weight[main, None]
+    rays = 0
+    pixels, numbers, points, weight = (field[~main] for field in (pixels, numbers, points, weight))
+    for start in range(0, len(pixels), PIXELS_AT_ONCE):
+        part = slice(start, start + PIXELS_AT_ONCE)
+        seen = empty_tile(len(pixels[part]), False)
+        paths = empty_paths(len(pixels[part]), scene.absorbs, scene.trails)
+        paths.inside[:] = scene.camera_inside
+        further_rays(scene.camera, run.key, region, pixels[part], numbers[part], points[part], run.splits, paths)
+        paths.unguided[:] = False
+        rays += follow(scene, run, paths, seen, cancelled)
+        np.add.at(tile.emission, pixels[part] - first, seen.emission * weight[part, None].astype(np.float32))
     return rays
+
+
+def further_paths(images: LampImages, first: int, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Paths of pixels first ... first + n - 1 with images: pixel (m,) i64, number (m,) i64, box (m, 4) f64.
+
+    Each such pixel's path 0 is the one that is lit too; then come those all over the pixel, then those of its boxes.
+    """
+    glints = images.glints
+    of_box = np.repeat(np.arange(n), np.diff(glints.first[first : first + n + 1]))
+    boxes = slice(glints.first[first], glints.first[first + n])
+    count = glints.count[boxes]
+    edges = np.flatnonzero(images.edges[first : first + n])
+    here = np.union1d(edges, of_box)
+    pixels = np.concatenate([here, np.repeat(edges, images.further), np.repeat(of_box, count)])
+    whole = np.tile([0.0, 1.0, 0.0, 1.0], (len(here) + len(edges) * images.further, 1))
+    box = np.concatenate([whole, np.repeat(glints.box[boxes], count, axis=0)])
+    order = np.argsort(pixels, kind="stable")
+    pixels, box = pixels[order], box[order]
+    numbers = np.arange(len(pixels)) - np.searchsorted(pixels, pixels)
+    return pixels + first, numbers, box
 
 
 def _light_points(

@@ -6,7 +6,7 @@ from scipy import integrate, stats
 
 from ...issues import RenderError
 from ...jit import kernel
-from ..filters import REACH, filter_table, filter_value, sample_filter
+from ..filters import REACH, filter_position, filter_table, filter_value, sample_filter
 
 SAMPLES = 200_000
 CELLS = 64
@@ -74,3 +74,13 @@ def test_bad_filters_are_refused():
         filter_table("MITCHELL", 1.5)
     with pytest.raises(RenderError, match="not positive"):
         filter_table("BOX", 0.0)
+
+
+@pytest.mark.parametrize("name", list(REACH))
+def test_positions_are_the_inverse_of_samples(name):
+    table = filter_table(name, 1.5)
+    u = np.random.default_rng(8).random(1000)
+    x = np.empty(1000)
+    sample_many(table, u, x)
+    assert filter_position(table, x) == pytest.approx(u, abs=1e-12)
+    assert filter_position(table, np.array([-9.0, 0.0, 9.0])).tolist() == [0.0, 0.5, 1.0]

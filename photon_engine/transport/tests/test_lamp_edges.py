@@ -7,7 +7,8 @@ import pytest
 
 from ...issues import IssueLog
 from ...settings import Settings
-from ..lamp_edges import MOST_FURTHER, at_edge, find_edges
+from ..eye_pass import no_images
+from ..lamp_edges import MOST_FURTHER, at_edge, find_images
 from ..renderer import Renderer
 from .plan_scenes import scene
 
@@ -41,9 +42,9 @@ def test_edges_lie_around_what_differs():
 
 def test_mean_is_the_same_and_noise_far_less():
     with_edges, plain = prepared(), prepared()
-    mask, further = with_edges.lamp_edges
+    mask, further, _ = with_edges.lamp_images
     assert 0.1 < mask.mean() < 0.9 and further >= 1
-    plain.lamp_edges = (np.zeros_like(mask), 0)
+    plain.lamp_images = no_images(len(mask))
     a, b = passes(with_edges), passes(plain)
     assert (a[:, ~mask] == b[:, ~mask]).all()
     noise_a, noise_b = a[:, mask].var(axis=0, ddof=1), b[:, mask].var(axis=0, ddof=1)
@@ -59,8 +60,8 @@ def test_mean_is_the_same_and_noise_far_less():
 
 def test_choice_follows_the_seed_alone_and_the_cost_is_bounded():
     renderer = prepared()
-    again, further = find_edges(renderer.scene, renderer._pool, renderer.settings, lambda: False)
-    assert (again == renderer.lamp_edges[0]).all() and further == renderer.lamp_edges[1]
+    again, further, _ = find_images(renderer.scene, renderer._pool, renderer.settings, lambda: False)
+    assert (again == renderer.lamp_images.edges).all() and further == renderer.lamp_images.further
     assert again.sum() * further <= 0.5 * again.size and further <= MOST_FURTHER
     renderer.close()
 
@@ -69,6 +70,7 @@ def test_choice_follows_the_seed_alone_and_the_cost_is_bounded():
 def test_nothing_is_looked_for_where_no_emission_is_asked_for(runs):
     renderer = prepared()
     blind = SimpleNamespace(frame=renderer.scene.frame, plan=SimpleNamespace(emission=SimpleNamespace(runs=False)))
-    mask, further = find_edges(renderer.scene if runs else blind, renderer._pool, renderer.settings, lambda: False)
+    mask, further, _ = find_images(renderer.scene if runs else blind, renderer._pool, renderer.settings, lambda: False)
     assert mask.any() == runs and (further > 0) == runs
     renderer.close()
+
