@@ -49,7 +49,7 @@ CYCLES = {
 
 # name of the reference -> eye paths a pixel (with a rough vertex; without), beams and cells [m], in each batch
 BEAMS = {
-    "cornell_caustics": ((32, 64), 800_000, 0.01),  # a lamp of 0.1 m
+    "cornell_caustics": ((32, 512), 800_000, 0.01),  # a lamp of 0.1 m
     "pool": ((32, 64), 800_000, 0.01),  # the sun, and every caustic seen through the water
     "ring_cardioid": ((32, 64), 800_000, 0.005),  # a lamp of 4 cm
     "wine_glass": ((32, 1024), 800_000, 0.003),  # a lamp of 3 cm behind three interfaces, in many tiny images
