@@ -31,7 +31,7 @@ def wire(lamp, build):
     tree.links.new(socket, emission.inputs["Color" if socket.type in ("RGBA", "VECTOR") else "Strength"])
 
 
-def ours(passes=16, **settings):
+def ours(passes, **settings):
     """The sum of our light passes (SIZE, SIZE, 3), bottom row first, and the issues."""
     issues = IssueLog()
     data = extract_scene(bpy.context.evaluated_depsgraph_get(), issues)
@@ -138,13 +138,13 @@ CASES = {
 
 @pytest.mark.parametrize("name", CASES)
 def test_floor(name, scene, tmp_path):  # noqa: F811
-    """Direct light; 16 x 16 pixels a block: noise of Cycles' panels 0.3%, of ours less."""
+    """Direct light; 16 x 16 pixels a block: errors 0.26% of ours, 0.18% of Cycles' at most, of panels and gobos."""
     lamp, build = CASES[name]
     kind, options = LAMPS[lamp]
     wire(add_lamp(scene, kind, **options), build)
-    found, issues = ours(max_bounces=1)
+    found, issues = ours(4, max_bounces=1)
     assert not list(issues)
-    scene.cycles.samples = 128
+    scene.cycles.samples = 32
     assert_blocks_agree(found, render(scene, tmp_path))
 
 
@@ -261,7 +261,7 @@ def test_caustic_of_a_lamp_with_nodes(scene, tmp_path):  # noqa: F811
     mirror.rotation_euler, mirror.location, mirror.scale = (0.0, math.pi / 2.0, 0.0), (-1.5, 0.0, 0.0), (0.1, 0.1, 1.0)
     scene.camera.data.ortho_scale = 2.0
     scene.camera.location = (-0.4, 0.0, 9.0)
-    scene.cycles.samples, scene.cycles.max_bounces = 512, 2
-    found, issues = ours(24, caustic_photons=200_000, max_bounces=8, diffuse_bounces=0, light_samples=4)
+    scene.cycles.samples, scene.cycles.max_bounces = 256, 2
+    found, issues = ours(12, caustic_photons=200_000, max_bounces=8, diffuse_bounces=0, light_samples=4)
     assert not list(issues)
     assert_quarters_agree(found, render(scene, tmp_path))

@@ -20,7 +20,7 @@ from tests.test_bsdf_cycles import CASES, FILMS, OLD_FILMS, build_material, set_
 COLUMNS = 8
 CELL = 16  # pixels
 PASSES = 64
-SAMPLES, SEEDS = 384, 6  # of Cycles, in so many pictures
+SAMPLES, SEEDS = 192, 6  # of Cycles, in so many pictures
 TOLERANCE = 0.01
 SIGMAS = 3.5  # of 400 numbers one is beyond by chance in 5 tests
 DARK = 0.05  # of the mean of all blocks: darker ones are held to a hundredth of that
