@@ -90,10 +90,10 @@ def lit_points(light: Light, center: np.ndarray, radius: float) -> tuple[np.ndar
     u = sobol(TRIED, 5) * 2.0**-32 + 0.5 / TRIED
     matrix = np.asarray(light.matrix, np.float64)
     place, axis = matrix[:3, 3], shine_direction(light)
-    reach = max(float(np.linalg.norm(place - center)), 0.0)
+    reach = float(np.linalg.norm(place - center))
     low, high = max(reach - radius, 0.05 * radius), reach + radius
-    half = {"POINT": math.pi, "SPOT": 0.5 * light.spot_size, "SUN": 0.5 * light.angle, "AREA": 0.5 * light.spread}
-    h = (1.0 - math.cos(min(half[light.kind], math.pi if light.kind == "POINT" else 0.5 * math.pi))) * u[:, 0]
+    width = {"POINT": 2.0 * math.pi, "SPOT": light.spot_size, "SUN": light.angle, "AREA": light.spread}[light.kind]
+    h = (1.0 - math.cos(0.5 * (width if light.kind == "POINT" else min(width, math.pi)))) * u[:, 0]
     sine, phi = np.sqrt(np.maximum(h * (2.0 - h), 0.0)), 2.0 * math.pi * u[:, 1]
     side = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
     side /= np.linalg.norm(side)
@@ -138,7 +138,8 @@ def lamp_points(
 ) -> ShadePoints:  # fmt: skip
     """What a lamp's nodes see at places (n, 3) in the world of light that leaves along d (n, 3).
 
-    A lamp knows of no ray but how long and the how-manieth it is: all flags of Light Path are 0, as in Cycles.
+    distance : (n,) [m] to where it arrives;  trail : (n,) i64 as in `LampNodes.arriving`. Of the ray a lamp knows its
+    length and depth alone: all flags of Light Path are 0, as in Cycles.
     """
     matrix = np.asarray(light.matrix, np.float64)
     linear, location = matrix[:3, :3], matrix[:3, 3]

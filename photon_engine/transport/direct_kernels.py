@@ -97,11 +97,11 @@ def facing(ns, ng, wo):
 
 
 @kernel
-def sample_lights(laws, lights, surfaces, points, first, last, samples, mis, lobes, rays):
+def sample_lights(laws, lights, surfaces, points, first, last, samples, narrow, lobes, rays):
     """Shadow rays of light samples [first, last) of `samples` at every visible point; out: how many.
 
-    mis : how many rays from narrow lobes (one from others) will meet the same lights, 0: none;  lobes : which rough
-    ones, lobes.ALL or NARROW;  rays : room for last - first at every point
+    narrow : how many rays from narrow lobes (one from others) will meet the same lights, 0: none
+    lobes : which rough ones are lit, lobes.ALL or NARROW;  rays : room for last - first at every point
     """
     rows = surfaces.rows
     scratch = surfaces.scratch
@@ -125,7 +125,7 @@ def sample_lights(laws, lights, surfaces, points, first, last, samples, mis, lob
                 prepare(rows, row, ns, ng, wo, laws.threshold, scratch)
                 if not keep_lobes(rows, row, scratch, lobes):
                     break
-                met = lobe_rays(rows, row, scratch, mis) if mis > 0 else 0
+                met = lobe_rays(rows, row, scratch, narrow) if narrow > 0 else 0
             f, lobe_pdf_w = eval_rough(rows, row, ns, ng, wo, wi, scratch)
             s = abs(dot(ns, wi)) / (pdf_w * samples)
             if met > 0 and not is_delta:

@@ -204,12 +204,12 @@ def _carry(
         if scene.absorbs:
             tally[ABSORBED] += scene.absorb(photons.inside, surfaces, photons.phi)
         desk.grow(stored, n)
-        laws = np.empty(len(surfaces.rows.kind), np.uint8)
+        law = np.empty(len(surfaces.rows.kind), np.uint8)
         out = desk.spare[bounce % 2]
         out.lamp[:] = -1
         gain = land(scene, photons, surfaces, tally[EMITTED]) if scene.lamp_nodes else NO_GAIN
-        leg = Leg(run.mode, bounce, desk.lanes, laws, *desk.lists, gain, *deep)
-        deep[0][:1] = 0
+        leg = Leg(run.mode, bounce, desk.lanes, law, *desk.lists, gain, *deep)
+        deep[0][:1] = 0  # none has gone below the surface yet
         n, stored = photon_step(scene.laws, leg, surfaces, photons, out, desk.deposits, stored, tally)
         if len(deep[0]) and deep[0][0]:
             n, more = carry_below(scene, leg, surfaces, photons, out, n, tally)
