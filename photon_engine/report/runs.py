@@ -33,7 +33,7 @@ class Task(NamedTuple):
 class Run(NamedTuple):
     """What came of one render."""
 
-    seconds: float  # of sampling, and of denoising; not of reading, building the tree and compiling
+    seconds: float  # of sampling, and of denoising; not of reading, building the tree, compiling and the pilot
     setup: float  # [s] of those
     detail: dict[str, Any]  # passes or samples
     pictures: dict[str, np.ndarray]  # Combined, and ours by light pass: (h, w, 3) f32, bottom row first
