@@ -21,7 +21,7 @@ from .lobes import has_narrow
 from .media import after_surface
 from .photon_kernels import choose_class
 
-GENERATION = 1 << 20  # random numbers of lit landings, apart from those of split paths
+GENERATION = 3 << 20  # keys of lit landings, apart from those of a pixel's further paths and of lobe rays
 
 
 @kernel

@@ -7,7 +7,7 @@ import pytest
 
 from ...sampling.rng import DIMENSIONS_PER_BOUNCE
 from ...settings import Settings
-from ..camera_kernels import ROUND
+from ..camera_kernels import FURTHER, ROUND
 from ..deep_kernels import END, LANDED, WALK_KEYS
 from ..direct_kernels import LOBE_RAY
 from ..eye_batch import DIRECT_DIMENSION, SECOND_DIMENSION
@@ -36,6 +36,7 @@ def test_paths_that_come_of_one_key_have_keys_of_their_own():
     """Numbers that `path_key` mixes into a path's key; forks take the first ones, two a lobe."""
     taken = {
         "forks": range(1, 1024),
+        "further paths to lamps": range(FURTHER, FURTHER + (1 << 20)),
         "landings": range(GENERATION, GENERATION + MOST_LIT + 1),
         "lobe rays": range(LOBE_RAY, LOBE_RAY + most_lobe_rays(LIMITS["light_samples"]["max"])),
         "a pixel's other paths": range(ROUND, ROUND + LIMITS["eye_samples"]["max"]),
