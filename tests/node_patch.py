@@ -30,6 +30,8 @@ SIZE = 32
 # Cycles' filter of 0.01 px shifts samples by up to 0.005 px, which is measured once; half-float tables and float32
 # arithmetic remain; through the whole engine, whose samples lie within 0.0005 px of Cycles', what slopes make of it
 TOLERANCE = 1e-3
+# pixels in which rounding may decide on which side of a jump a sample is: over all tests 3 at most, of Wireframe
+EDGES = 4
 LIFT = 2.0  # added to a quarter of the output
 CORNER_COLORS = [(0.1, 0.2, 0.9, 0.3), (0.8, 0.3, 0.5, 0.4), (0.9, 0.9, 0.4, 0.6), (0.2, 0.8, 0.8, 0.5)]
 ROTATION = (0.3, -0.2, 0.7)  # of the patch's object, for coordinates that are not the world's

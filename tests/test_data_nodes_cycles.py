@@ -8,7 +8,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 pytest.importorskip("OpenImageIO")
 
-from tests.node_patch import SIZE, Patch, feed, new, out, ramp  # noqa: E402
+from tests.node_patch import EDGES, Patch, feed, new, out, ramp  # noqa: E402
 
 
 @pytest.fixture(scope="module")
@@ -117,7 +117,7 @@ def test_parts_and_particles(tmp_path):
     patch.object.data = mesh
     patch.object.matrix_world.identity()
     # edges of faces: a filter of 0.01 px puts some pixels on either side
-    patch.compare_engine(lambda tree: out(tree.nodes.new("ShaderNodeNewGeometry"), "Random Per Island"), outliers=SIZE)
+    patch.compare_engine(lambda tree: out(tree.nodes.new("ShaderNodeNewGeometry"), "Random Per Island"), outliers=EDGES)
     _particles(patch, mesh)
     for output in ("Index", "Random", "Age", "Lifetime", "Size", "Location", "Velocity"):
         scale = 0.02 if output in ("Age", "Lifetime", "Index") else 1.0
@@ -127,7 +127,7 @@ def test_parts_and_particles(tmp_path):
             source = tree.nodes.new("ShaderNodeParticleInfo")
             return feed(tree, node, Vector=out(source, output), Scale=scale).outputs[0]
 
-        patch.compare_engine(build, outliers=SIZE)
+        patch.compare_engine(build, outliers=EDGES)
 
 
 def test_pointiness_and_wireframe(tmp_path):
@@ -147,14 +147,14 @@ def test_pointiness_and_wireframe(tmp_path):
     patch.object.data = mesh
     patch.object.matrix_world.identity()
     # edges of the triangles: a filter of 0.01 px puts some pixels on either side
-    patch.compare_engine(lambda tree: out(tree.nodes.new("ShaderNodeNewGeometry"), "Pointiness"), outliers=SIZE)
+    patch.compare_engine(lambda tree: out(tree.nodes.new("ShaderNodeNewGeometry"), "Pointiness"), outliers=EDGES)
     for size, pixels in ((0.05, False), (1.7, True)):
 
         def build(tree, size=size, pixels=pixels):
             node = new(tree, "ShaderNodeWireframe", use_pixel_size=pixels)
             return out(feed(tree, node, Size=size), "Fac")
 
-        patch.compare_engine(build, outliers=SIZE)
+        patch.compare_engine(build, outliers=EDGES)
 
 
 def _particles(patch, mesh) -> None:

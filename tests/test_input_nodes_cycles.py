@@ -7,7 +7,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 pytest.importorskip("OpenImageIO")
 
-from tests.node_patch import SIZE, Patch, channel, enum, feed, new, out, ramp, unit  # noqa: E402
+from tests.node_patch import EDGES, Patch, channel, enum, feed, new, out, ramp, unit  # noqa: E402
 
 
 @pytest.fixture(scope="module")
@@ -110,11 +110,11 @@ def test_gradient(patch, kind):
     def build(tree):
         return out(feed(tree, new(tree, "ShaderNodeTexGradient", gradient_type=kind), Vector=ramp(tree)), "Color")
 
-    patch.compare(build, outliers=SIZE if kind == "RADIAL" else 0)
+    patch.compare(build, outliers=EDGES if kind == "RADIAL" else 0)
 
 
 def test_checker_on_generated(patch):
     def build(tree):
         return feed(tree, tree.nodes.new("ShaderNodeTexChecker"), Scale=3.3).outputs[0]
 
-    patch.compare(build, outliers=2 * SIZE)
+    patch.compare(build, outliers=EDGES)

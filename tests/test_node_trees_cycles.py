@@ -16,7 +16,7 @@ from photon_engine.issues import IssueLog  # noqa: E402
 from photon_engine.scene.data import Material  # noqa: E402
 from photon_engine.shading.material import compile_material  # noqa: E402
 from photon_engine.shading.program import constant_background  # noqa: E402
-from tests.node_patch import SIZE, TOLERANCE, Patch, channel, feed, new, out, ramp  # noqa: E402
+from tests.node_patch import EDGES, TOLERANCE, Patch, channel, feed, new, out, ramp  # noqa: E402
 
 
 @pytest.fixture(scope="module")
@@ -56,7 +56,7 @@ def test_group_converts(patch, inner):
         tree.links.new(ramp(tree, (0.0, 0.9, 0.2), (2.1, 1.1, 3.8)), node.inputs[0])
         return node.outputs[0]
 
-    patch.compare(build, outliers=2 * SIZE if inner in ("INT", "BOOLEAN") else 0)
+    patch.compare(build, outliers=EDGES if inner in ("INT", "BOOLEAN") else 0)
 
 
 def test_nested_groups(patch):

@@ -7,7 +7,7 @@ import pytest
 pytest.importorskip("bpy")
 pytest.importorskip("OpenImageIO")
 
-from tests.node_patch import SIZE, TOLERANCE, Patch, channel, enum, feed, new, out, ramp
+from tests.node_patch import EDGES, TOLERANCE, Patch, channel, enum, feed, new, out, ramp
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +39,7 @@ def test_math(patch, operation):
         return feed(tree, squash, Value=node.outputs[0]).outputs[0]
 
     steep = 3.0 if operation in STEEP else 1.0
-    patch.compare(build, steep * TOLERANCE, SIZE if operation in JUMPS else 0)
+    patch.compare(build, steep * TOLERANCE, EDGES if operation in JUMPS else 0)
 
 
 @pytest.mark.parametrize("operation", enum("ShaderNodeVectorMath", "operation"))
@@ -55,7 +55,7 @@ def test_vector_math(patch, operation):
         result = next(s for s in node.outputs if not s.is_unavailable)
         return result
 
-    patch.compare(build, outliers=2 * SIZE if operation in JUMPS else 0)
+    patch.compare(build, outliers=EDGES if operation in JUMPS else 0)
 
 
 def colors(tree):
@@ -73,7 +73,7 @@ def test_mix_color(patch, mode, clamp):
 
     # hue jumps where two channels are equal; burning and dodging jump at white and black
     jumps = mode in ("HUE", "SATURATION", "COLOR", "VALUE", "BURN", "DODGE", "DIVIDE")
-    patch.compare(build, outliers=SIZE if jumps else 0)
+    patch.compare(build, outliers=EDGES if jumps else 0)
 
 
 @pytest.mark.parametrize("clamp", [False, True])
@@ -127,7 +127,7 @@ def test_color_nodes(patch, case):
         return feed(tree, tree.nodes.new(kind), Color=colors(tree)[0], **values).outputs[0]
 
     # hue jumps where two channels are equal
-    patch.compare(build, outliers=SIZE if case in ("hue", "saturation") else 0, flat=case == "gamma 0")
+    patch.compare(build, outliers=EDGES if case in ("hue", "saturation") else 0, flat=case == "gamma 0")
 
 
 @pytest.mark.parametrize("mode", ["RGB", "HSV", "HSL"])
@@ -139,7 +139,7 @@ def test_separate_combine_color(patch, mode):
         join = new(tree, "ShaderNodeCombineColor", mode=mode)
         return feed(tree, join, Red=split.outputs[1], Green=split.outputs[2], Blue=split.outputs[0]).outputs[0]
 
-    patch.compare(build, outliers=0 if mode == "RGB" else SIZE)
+    patch.compare(build, outliers=0 if mode == "RGB" else EDGES)
 
 
 @pytest.mark.parametrize("kind", enum("ShaderNodeMapping", "vector_type"))
@@ -194,7 +194,7 @@ def test_map_range(patch, mode, data, flip):
             feed(tree, node, Steps_FLOAT3=(3.0, 4.0, 2.5))
         return node.outputs["Vector"]
 
-    patch.compare(build, outliers=3 * SIZE if mode == "STEPPED" else 0)
+    patch.compare(build, outliers=EDGES if mode == "STEPPED" else 0)
 
 
 @pytest.mark.parametrize("kind", enum("ShaderNodeClamp", "clamp_type"))
@@ -216,7 +216,7 @@ def test_color_ramp(patch, mode, output):
             node.color_ramp.elements.new(place).color = color
         return out(feed(tree, node, Fac=channel(tree, ramp(tree), 0)), output)
 
-    patch.compare(build, outliers=SIZE if mode == "CONSTANT" else 0)
+    patch.compare(build, outliers=EDGES if mode == "CONSTANT" else 0)
 
 
 @pytest.mark.parametrize("extend", ["HORIZONTAL", "EXTRAPOLATED"])

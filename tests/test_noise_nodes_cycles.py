@@ -7,7 +7,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 pytest.importorskip("OpenImageIO")
 
-from tests.node_patch import SIZE, TOLERANCE, Patch, channel, enum, feed, new, out, ramp  # noqa: E402
+from tests.node_patch import EDGES, TOLERANCE, Patch, channel, enum, feed, new, out, ramp  # noqa: E402
 
 
 @pytest.fixture(scope="module")
@@ -87,7 +87,7 @@ def test_white_noise(patch, dimensions):
             feed(tree, node, W=channel(tree, cells.outputs[0], 2))
         return out(node, "Color")
 
-    patch.compare(build, outliers=SIZE)
+    patch.compare(build, outliers=EDGES)
 
 
 def voronoi(tree, feature, dimensions, **settings):
@@ -115,7 +115,7 @@ def test_voronoi(patch, feature, dimensions, detail):
         return total
 
     # colours and places jump between cells: pixels on the walls
-    patch.compare(build, 3.0 * TOLERANCE, outliers=2 * SIZE)
+    patch.compare(build, 3.0 * TOLERANCE, outliers=EDGES)
 
 
 @pytest.mark.parametrize("metric", enum("ShaderNodeTexVoronoi", "distance"))

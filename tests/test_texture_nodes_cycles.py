@@ -7,7 +7,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 pytest.importorskip("OpenImageIO")
 
-from tests.node_patch import SIZE, TOLERANCE, Patch, channel, enum, feed, new, out, ramp, unit  # noqa: E402
+from tests.node_patch import EDGES, TOLERANCE, Patch, channel, enum, feed, new, out, ramp, unit  # noqa: E402
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +29,7 @@ def test_wave(patch, case, profile):
         return out(feed(tree, node, Detail_Roughness=0.6), "Color")
 
     # slopes of up to 20 over the patch; saws jump
-    patch.compare(build, 3.0 * TOLERANCE, outliers=3 * SIZE if profile == "SAW" else 0)
+    patch.compare(build, 3.0 * TOLERANCE, outliers=EDGES if profile == "SAW" else 0)
 
 
 @pytest.mark.parametrize("depth", range(11))
@@ -55,7 +55,7 @@ def test_brick(patch, frequency, smooth, output):
         return out(node, output)
 
     # edges between bricks and mortar: steep or jumping
-    patch.compare(build, 5.0 * TOLERANCE, outliers=SIZE)
+    patch.compare(build, 5.0 * TOLERANCE, outliers=EDGES)
 
 
 @pytest.mark.parametrize("kind", ["2D", "3D"])
@@ -73,7 +73,7 @@ def test_gabor(patch, kind, anisotropy, output):
         return out(node, output)
 
     # slopes of up to 10; the phase jumps where it passes a turn
-    patch.compare(build, 3.0 * TOLERANCE, outliers=2 * SIZE if output == "Phase" else 0)
+    patch.compare(build, 3.0 * TOLERANCE, outliers=EDGES if output == "Phase" else 0)
 
 
 @pytest.mark.parametrize(("kind", "low", "high"), [("Blackbody", 500.0, 13000.0), ("Blackbody", 900.0, 2500.0),
@@ -85,7 +85,7 @@ def test_spectra(patch, kind, low, high):
         return feed(tree, tree.nodes.new(f"ShaderNode{kind}"), **{name: channel(tree, place, 0)}).outputs[0]
 
     # the filter moves the place by up to 1.6e-4 of the range; Blackbody jumps at 800 K
-    patch.compare(build, 3.0 * TOLERANCE, outliers=SIZE)
+    patch.compare(build, 3.0 * TOLERANCE, outliers=EDGES)
 
 
 @pytest.mark.parametrize("kind", ["POINT", "TEXTURE", "VECTOR", "NORMAL"])

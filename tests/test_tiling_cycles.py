@@ -7,7 +7,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 pytest.importorskip("OpenImageIO")
 
-from tests.node_patch import SIZE, Patch, feed, new, out, ramp  # noqa: E402
+from tests.node_patch import EDGES, Patch, feed, new, out, ramp  # noqa: E402
 
 pytestmark = pytest.mark.skipif(not hasattr(bpy.types, "ShaderNodeRadialTiling"), reason="Blender 5 has it first")
 OUTPUTS = ["Segment Coordinates", "Segment ID", "Segment Width", "Segment Rotation"]
@@ -44,4 +44,4 @@ def test_everything_linked(patch):
                     Roundness=values.outputs[1], Vector=ramp(tree, (-1.1, -0.9, 0.0), (1.0, 1.2, 0.0)))  # fmt: skip
         return out(node, "Segment Coordinates")
 
-    patch.compare(build, outliers=SIZE)
+    patch.compare(build, outliers=EDGES)
