@@ -121,7 +121,7 @@ class Settings:
         4,
         "Light Samples",
         "Shadow rays from each visible point in each pass, and up to 2 rays that look where a glossy lobe reflects "
-        "(twice as many through rough glass)",
+        "(four times as many through rough glass)",
         min=1,
         max=64,
         group="Light Paths",

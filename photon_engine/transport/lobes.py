@@ -17,7 +17,7 @@ from ..jit import kernel
 from ..shading.trail import DIFFUSE, GLOSSY
 
 ALL, WIDE, NARROW = 0, 1, 2  # of the rough lobes
-REFRACTED = 2  # times more rays into rough glass than to a rough mirror: they turn twice before they meet a lamp
+REFRACTED = 4  # times more rays into rough glass than to a rough mirror: they turn twice before they meet a lamp
 
 
 @kernel
